@@ -1,0 +1,97 @@
+#include <fstream>
+
+#include <nook/version.hpp>
+
+#include "output.hpp"
+
+namespace report {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string cpu_name()
+{
+    std::ifstream file{"/proc/cpuinfo"};
+    for (std::string line; std::getline(file, line);) {
+        const std::size_t colon = line.find(": ");
+        if (line.starts_with("model name") && colon != std::string::npos)
+            return line.substr(colon + 2);
+    }
+    return "unknown";
+}
+
+std::string compiler_name()
+{
+#if defined(__clang__)
+    return std::string{"clang++ "} + std::to_string(__clang_major__) + '.' +
+           std::to_string(__clang_minor__) + '.' + std::to_string(__clang_patchlevel__);
+#elif defined(__GNUC__)
+    return std::string{"g++ "} + std::to_string(__GNUC__) + '.' + std::to_string(__GNUC_MINOR__) +
+           '.' + std::to_string(__GNUC_PATCHLEVEL__);
+#else
+    return "unknown";
+#endif
+}
+
+Json metrics(const nook::ErrorMetrics& error)
+{
+    return {{"rmse", error.rmse}, {"mae", error.mae},     {"bias", error.bias},
+            {"p99", error.p99},   {"max", error.maximum}, {"pixels", error.pixels}};
+}
+
+/// One entry per kernel and number of threads.
+void append_results(Json& results, const SceneReport::Row& row)
+{
+    for (const Timing& timing : row.timings) {
+        Json error = metrics(row.error);
+        error["ssim"] = row.ssim;
+        Json entry;
+        entry["kernel"] = row.kernel;
+        entry["parameters"] = row.parameters;
+        entry["threads"] = timing.threads;
+        entry["milliseconds"] = {{"median", timing.median},
+                                 {"min", timing.fastest},
+                                 {"p90", timing.p90},
+                                 {"rounds", timing.rounds}};
+        entry["error"] = error;
+        entry["skipped"] = {{"pixels", row.work.skipped}, {"rays", 0}};
+        entry["samples"] = row.work.samples;
+        results.push_back(entry);
+    }
+}
+
+}  // namespace
+
+Json json_of(const std::vector<SceneReport>& scenes, const Options& options)
+{
+    Json report;
+    report["nook"] = nook::version;
+    report["machine"] = {
+        {"cpu", cpu_name()}, {"compiler", compiler_name()}, {"threads", options.threads}};
+    report["scenes"] = Json::array();
+    for (const SceneReport& scene : scenes) {
+        Json entry;
+        entry["name"] = scene.name;
+        entry["triangles"] = scene.triangles;
+        entry["dropped_triangles"] = scene.dropped;
+        entry["width"] = scene.width;
+        entry["height"] = scene.height;
+        entry["orthographic"] = scene.orthographic;
+        entry["background_share"] = scene.background_share;
+        entry["reference"] = {{"kind", "traced"},
+                              {"rays", scene.rays},
+                              {"radius", scene.radius},
+                              {"seconds", scene.reference_seconds},
+                              {"standard_error", scene.standard_error},
+                              {"build_seconds", scene.build_seconds},
+                              {"rays_traced", scene.rays_traced}};
+        entry["results"] = Json::array();
+        for (const SceneReport::Row& row : scene.rows) append_results(entry["results"], row);
+        entry["range_checks"] = metrics(scene.range_checks);
+        report["scenes"].push_back(entry);
+    }
+    return report;
+}
+
+}  // namespace report

@@ -1,0 +1,171 @@
+// nook-report: every kernel on every scene, with its error, its run time and its pictures.
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "../scenes/scenes.hpp"
+#include "../support/failure.hpp"
+#include "../support/files.hpp"
+#include "../support/obj_file.hpp"
+#include "kernels.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "pictures.hpp"
+#include "progress.hpp"
+#include "reference.hpp"
+#include "view.hpp"
+
+namespace report {
+
+namespace {
+
+/// A scene, and how many triangles of its file were no good.
+struct Subject {
+    scenes::Scene scene;
+    std::size_t dropped = 0;
+};
+
+/// A name for a folder out of the name of a file: letters, digits, dots, dashes and underscores.
+std::string folder_name(const std::filesystem::path& file)
+{
+    std::string name = file.stem().string();
+    for (char& c : name) {
+        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                           (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
+        if (!plain) c = '_';
+    }
+    return name.empty() || name.front() == '.' ? "mesh" + name : name;
+}
+
+Subject load(const std::string& file, const Options& options)
+{
+    support::ObjMesh mesh = support::read_obj(file);
+    Subject subject;
+    subject.dropped = mesh.dropped;
+    scenes::Scene& scene = subject.scene;
+    scene.name = folder_name(file);
+    scene.positions = std::move(mesh.positions);
+    scene.indices = std::move(mesh.indices);
+    scene.camera = scenes::three_quarter_view(scene, double(options.width) / options.height,
+                                              options.orthographic);
+    scene.radius = scenes::default_radius(scene);
+    return subject;
+}
+
+/// Everything is read, and every scene has a name of its own, before the first file is written.
+std::vector<Subject> subjects_of(const Options& options)
+{
+    std::vector<Subject> subjects;
+    for (const std::string& mesh : options.meshes) subjects.push_back(load(mesh, options));
+    for (const scenes::Entry& entry : scenes::all()) {
+        bool wanted = options.meshes.empty() && options.scenes.empty();
+        for (const std::string& name : options.scenes) wanted = wanted || name == entry.name;
+        if (wanted) subjects.push_back({entry.make()});
+    }
+    for (std::size_t i = 0; i < subjects.size(); ++i) {
+        const std::string name = subjects[i].scene.name;
+        int number = 1;
+        for (std::size_t j = 0; j < i; ++j)
+            if (subjects[j].scene.name == subjects[i].scene.name) {
+                subjects[i].scene.name = name + '-' + std::to_string(++number);
+                j = std::size_t(-1);
+            }
+    }
+    return subjects;
+}
+
+SceneReport run(const Subject& subject, const Options& options, nook::ThreadExecutor& threads,
+                Progress& progress)
+{
+    const scenes::Scene& scene = subject.scene;
+    const double radius = options.radius.value_or(scene.radius);
+    progress.step("drawing");
+    const View view = draw(scene, options, threads);
+    const Reference reference = trace(scene, view, radius, options.rays, threads, progress);
+    const std::vector<Result> results =
+        measure(view, reference, kernels_for(view, radius), threads, progress);
+
+    progress.step("writing the pictures");
+    const std::filesystem::path folder = options.folder / scene.name;
+    support::prepare_folder(folder);
+    write_pictures(folder, scene, view, reference, results);
+    if (scene.name == "bowl") write_figures(folder, view, radius, threads);
+
+    SceneReport summary;
+    summary.name = scene.name;
+    summary.triangles = scene.triangles();
+    summary.dropped = subject.dropped + reference.dropped;
+    summary.width = view.width();
+    summary.height = view.height();
+    summary.background_share =
+        double(view.background) / (double(view.width()) * double(view.height()));
+    summary.orthographic = view.projection.orthographic;
+    summary.rays = reference.rays;
+    summary.radius = reference.radius;
+    summary.reference_seconds = reference.seconds;
+    summary.build_seconds = reference.build_seconds;
+    summary.standard_error = reference.standard_error;
+    summary.rays_traced = reference.rays_traced;
+    const Result *separable = nullptr, *exact = nullptr;
+    for (const Result& result : results) {
+        summary.rows.push_back({result.kernel.name, result.kernel.brief, result.kernel.parameters,
+                                result.timings, result.kernel.row_step, result.error, result.ssim,
+                                result.work});
+        if (result.kernel.name == "chebyshev-range") separable = &result;
+        if (result.kernel.name == "chebyshev-range-exact") exact = &result;
+    }
+    if (separable != nullptr && exact != nullptr)
+        summary.range_checks = difference(*separable, *exact);
+    return summary;
+}
+
+void run_all(const Options& options)
+{
+    const std::vector<Subject> subjects = subjects_of(options);
+    support::prepare_folder(options.folder);
+    nook::ThreadExecutor threads{options.threads};
+    std::vector<SceneReport> reports;
+    {
+        Progress progress;
+        for (std::size_t i = 0; i < subjects.size(); ++i) {
+            progress.scene(int(i + 1), int(subjects.size()), subjects[i].scene.name);
+            reports.push_back(run(subjects[i], options, threads, progress));
+        }
+    }
+    const std::filesystem::path json = options.folder / "report.json";
+    support::write_file(json, json_of(reports, options).dump(2) + '\n');
+    print_table(std::cout, reports);
+    std::cout << "pictures and report.json: " << options.folder.string() << '\n';
+    if (!std::cout.flush()) throw support::Failure{"the table cannot be written to stdout"};
+}
+
+}  // namespace
+
+}  // namespace report
+
+int main(int argc, char** argv)
+{
+    const auto fail = [](const std::string& why) {
+        std::string line = "nook-report: " + why;
+        for (char& c : line)
+            if (c == '\n' || c == '\r') c = ' ';
+        std::fprintf(stderr, "%s\n", line.c_str());
+        return 2;
+    };
+    try {
+        report::Options options;
+        if (report::read_options(argc, argv, options)) report::run_all(options);
+        return 0;
+    } catch (const support::Failure& failure) {
+        return fail(failure.what());
+    } catch (const std::bad_alloc&) {
+        return fail("out of memory");
+    } catch (const std::exception& error) {
+        return fail(error.what());
+    }
+}

@@ -1,0 +1,335 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include <nook/checks.hpp>
+#include <nook/depth/cantelli.hpp>
+#include <nook/depth/moments_block.hpp>
+#include <nook/depth/moments_direct.hpp>
+#include <nook/depth/moments_variable.hpp>
+#include <nook/depth/projection.hpp>
+#include <nook/depth/source.hpp>
+#include <nook/depth/window.hpp>
+#include <nook/execution.hpp>
+#include <nook/image.hpp>
+#include <nook/outcome.hpp>
+#include <nook/scratch.hpp>
+#include <nook/work_map.hpp>
+
+/// Chebyshev ambient occlusion from depth alone: H. Chan & S. Im, "Chebyshev Ambient Occlusion",
+/// 2021. A pixel is shaded by the Cantelli bound on the share of its window that lies at or behind it
+/// (cantelli.hpp). It is a bound on how much of the window does not hide the pixel, not the
+/// cosine-weighted visibility of ray tracing.
+///
+/// Background lies behind everything: its share of a window is open as it stands, and only the rest
+/// is shaded by its moments, which no background enters. Where it takes one side of a window, the
+/// moments are one-sided, so a surface that slopes towards an open edge (the far rim of a floor
+/// against the sky) darkens there, down to 5/8 in its last row. `ExactRefinements::paired` in the
+/// reference form removes that.
+namespace nook {
+
+struct ChebyshevOptions {
+    /// Pixels across the window: odd, 1 … 32767; 1 leaves everything open. Used when `radius` is 0.
+    int window = 31;
+    /// World length from a pixel to the edge of its window, facing the viewer; ≥ 0. Above 0 each
+    /// pixel gets 2 ⌊radius · f / distance⌋ + 1 pixels along each axis (f = fx, fy of the projection,
+    /// which must be given; under orthography all windows are alike).
+    double radius = 0;
+    /// Largest window that `radius` leads to: odd, 1 … 4095. Bounds the cost near the viewer.
+    int max_window = 127;
+    /// ε of equation 2: a variance in depth², 0 … 1e300, which brightens relief below its root. Unset:
+    /// 100 steps² of the depth buffer at the pixel's distance, so that quantised flat ground stays
+    /// above 0.99. 0: the plain formula; steps of the buffer then shade like canyons.
+    std::optional<double> bias{};
+    /// Range check: distances by which the mean of a window may lie in front of its pixel, > 0.
+    /// Shade fades from all at `range` to none at twice `range`, which removes the halo around near
+    /// objects. Unset: none. The paper gives no formula; this one needs the moments alone.
+    std::optional<double> range{};
+    /// One-sided clamp of equation 3. Without it (equation 2) pixels in front of their window darken
+    /// like those behind it.
+    bool clamp = true;
+    /// What windows do at the border of the image.
+    Border border = Border::symmetric;
+};
+
+/// What only the k² form can do, because it looks at single samples.
+struct ExactRefinements {
+    /// Applies `range` to each sample: those farther than `range` from the pixel's distance, in
+    /// front or behind, leave the window. Needs `range`.
+    bool sample_range = false;
+    /// A sample counts only when its mirror image through the pixel is a surface sample too, so that
+    /// planes stay 1 beside background.
+    bool paired = false;
+};
+
+}  // namespace nook
+
+namespace nook::inline NOOK_TARGET {
+
+/// Writes the visibility of every pixel, in [0, 1]; background gets 1.
+///
+/// Constant time per pixel for a fixed window; for a radius constant except where the outcome counts
+/// `samples`. Never allocates if given a `Scratch` of `chebyshev_ao_scratch_size` bytes; the default
+/// HeapScratch does, once per call. Errors: see the options; sizes that differ, an output that
+/// overlaps the depth, a radius without projection.
+template <DepthInput Depth, class Value, ScratchSource S = HeapScratch, Executor E = Serial>
+Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
+                     const ChebyshevOptions& options = {}, const Projection& projection = {},
+                     const WorkMap& work_map = {}, S&& scratch = S{}, E&& executor = E{});
+
+/// The same from all samples of each window, k² per pixel: the oracle, and the refinements that
+/// need it. Needs no scratch.
+template <DepthInput Depth, class Value, Executor E = Serial>
+Outcome chebyshev_ao_reference(const Depth& depth, const ImageView<Value>& visibility,
+                               const ChebyshevOptions& options = {},
+                               const ExactRefinements& refinements = {},
+                               const Projection& projection = {}, const WorkMap& work_map = {},
+                               E&& executor = E{});
+
+/// Bytes of scratch for an image of that size and type, these options and a number of workers.
+template <DepthInput Depth>
+[[nodiscard]] std::size_t chebyshev_ao_scratch_size(const Depth& depth,
+                                                    const ChebyshevOptions& options,
+                                                    const Projection& projection = {},
+                                                    int workers = 1);
+
+namespace detail {
+
+/// From moments to visibility, with everything that does not change from pixel to pixel.
+struct ChebyshevShade {
+    DepthStep step;
+    double bias = 0, range = 0;
+    bool automatic_bias = false, range_check = false, clamp = true;
+
+    ChebyshevShade(const ChebyshevOptions& options, const DepthStep& depth_step)
+        : step{depth_step}, bias{options.bias.value_or(0)}, range{options.range.value_or(0)},
+          automatic_bias{!options.bias}, range_check{options.range.has_value()},
+          clamp{options.clamp}
+    {
+    }
+    [[nodiscard]] double bias_at(double distance) const
+    {
+        if (!automatic_bias) return bias;
+        const double spacing = step(distance);
+        return (std::min)(100 * spacing * spacing, 1e300);
+    }
+    [[nodiscard]] double operator()(const WindowMoments<double>& window, double distance) const
+    {
+        const double spread = bias_at(distance), deviation = window.deviation;
+        double open = clamp ? cantelli_upper_bound(window.variance, deviation, spread)
+                            : cantelli_unclamped(window.variance, deviation, spread);
+        if (range_check) {
+            const double fade = 2 - (deviation < 0 ? -deviation : deviation) / range;
+            open = 1 - (1 - open) * (std::min)((std::max)(fade, 0.0), 1.0);
+        }
+        const double background = window.background;
+        return open + (1 - open) * (background / (background + window.count));
+    }
+};
+
+/// The window of a pixel at a distance.
+struct ChebyshevWindow {
+    Projection projection;
+    double length;
+    int largest;
+
+    ChebyshevWindow(const ChebyshevOptions& options, const Projection& given)
+        : projection{given}, length{options.radius}, largest{options.max_window / 2}
+    {
+        if (length > 0) return;
+        // A window in pixels is a length under a projection that has one pixel per unit everywhere.
+        projection = {.fx = 1, .fy = 1, .orthographic = true};
+        length = largest = options.window / 2;
+    }
+    [[nodiscard]] WindowRadius operator()(double distance) const
+    {
+        const PixelLength reach = pixels_per_length(projection, length, distance);
+        const auto whole = [&](double pixels) {
+            return pixels < largest ? static_cast<int>(pixels) : largest;
+        };
+        return {whole(reach.x), whole(reach.y)};
+    }
+    /// One square window for all pixels?
+    [[nodiscard]] bool fixed() const
+    {
+        const WindowRadius radius = (*this)(1);
+        return projection.orthographic && radius.x == radius.y;
+    }
+    template <class Distance>
+    [[nodiscard]] auto fixed_filter(int width, int height, Border border) const
+    {
+        return BlockMoments<Distance, double>{width, height, 2 * (*this)(1).x + 1, border};
+    }
+    template <class Distance>
+    [[nodiscard]] auto variable_filter(int width, int height, Border border) const
+    {
+        return VariableMoments<Distance>{width, height, {largest, largest}, border};
+    }
+};
+
+template <class Source, class Value>
+[[nodiscard]] Error check_chebyshev(const Source& source, const ImageView<Value>& visibility,
+                                    const ChebyshevOptions& options, const Projection& projection,
+                                    const WorkMap& work_map)
+{
+    const auto& image = source.image;
+    if (const Error error = check_source(source)) return error;
+    if (const Error error = check_output(visibility, "visibility")) return error;
+    if (const Error error = check_same_size(image, visibility, "visibility")) return error;
+    if (const Error error = check_apart(image, visibility, "visibility")) return error;
+    if (const Error error = check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767"))
+        return error;
+    if (const Error error = check_window(options.max_window, 4095, "options.max_window",
+                                         "an odd number from 1 to 4095"))
+        return error;
+    if (const Error error =
+            check_at_least(options.radius, 0, "options.radius", "a finite length >= 0"))
+        return error;
+    if (options.radius > 0)
+        if (const Error error = check_projection(projection)) return error;
+    if (options.bias && (!is_finite(*options.bias) || *options.bias < 0 || *options.bias > 1e300))
+        return {ErrorCode::bad_value, "options.bias", *options.bias, "a number from 0 to 1e300"};
+    if (options.range && (!is_finite(*options.range) || *options.range <= 0))
+        return {ErrorCode::bad_value, "options.range", *options.range, "a finite length > 0"};
+    return check_work_map(work_map, image.width, image.height);
+}
+
+}  // namespace detail
+
+template <DepthInput Depth>
+std::size_t chebyshev_ao_scratch_size(const Depth& depth, const ChebyshevOptions& options,
+                                      const Projection& projection, int workers)
+{
+    const auto& image = depth_source(depth).image;
+    const detail::ChebyshevWindow window{options, projection};
+    if (window.fixed())
+        return window.template fixed_filter<distance_t<Depth>>(image.width, image.height,
+                                                               options.border)
+            .scratch_size(workers);
+    return window.template variable_filter<distance_t<Depth>>(image.width, image.height,
+                                                              options.border)
+        .scratch_size(workers);
+}
+
+template <DepthInput Depth, class Value, ScratchSource S, Executor E>
+Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
+                     const ChebyshevOptions& options, const Projection& projection,
+                     const WorkMap& work_map, S&& scratch, E&& executor)
+{
+    const auto& source = depth_source(depth);
+    if (const Error error =
+            detail::check_chebyshev(source, visibility, options, projection, work_map))
+        return {error};
+    if (visibility.empty()) return {};
+    const int width = visibility.width, height = visibility.height;
+    const detail::ChebyshevShade shade{options, source.step};
+    const detail::ChebyshevWindow window{options, projection};
+
+    const auto write = [&](Work& work, int x, int y, double distance, auto&& shaded) {
+        double value = 1;
+        if (!(distance > 0)) ++work.background;
+        else if (!work_map.is_active(x, y)) ++work.skipped;
+        else value = shaded();
+        visibility(x, y) = static_cast<Value>(value);
+    };
+    Outcome outcome{};
+    if (window.fixed()) {
+        outcome = window.template fixed_filter<distance_t<Depth>>(width, height, options.border)
+                      .run(
+                          source,
+                          [&](Work& work, int y, int first, int size, const auto& row) {
+                              const int radius = window(1).x;
+                              const detail::Span down =
+                                  detail::window_span(y, radius, height, options.border);
+                              for (int i = 0; i < size; ++i)
+                                  write(work, first + i, y, double{row.distance[i]}, [&] {
+                                      const detail::Span across = detail::window_span(
+                                          first + i, radius, width, options.border);
+                                      const std::int32_t count = row.count[i];
+                                      return shade({count, detail::samples_in(across, down) - count,
+                                                    row.m2[i] / count, row.deviation(i)},
+                                                   double{row.distance[i]});
+                                  });
+                          },
+                          scratch, executor);
+    } else {
+        outcome =
+            window.template variable_filter<distance_t<Depth>>(width, height, options.border)
+                .run(
+                    source, window, [&](double distance) { return shade.bias_at(distance); },
+                    [&](int x, int y) { return work_map.is_active(x, y); },
+                    [&](Work& work, int x, int y, double distance, const auto& moments) {
+                        write(work, x, y, distance, [&] { return shade(moments, distance); });
+                    },
+                    scratch, executor);
+    }
+    if (outcome) {
+        outcome.work.pixels =
+            static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+        outcome.work.passes = 1;
+    }
+    return outcome;
+}
+
+template <DepthInput Depth, class Value, Executor E>
+Outcome chebyshev_ao_reference(const Depth& depth, const ImageView<Value>& visibility,
+                               const ChebyshevOptions& options,
+                               const ExactRefinements& refinements, const Projection& projection,
+                               const WorkMap& work_map, E&& executor)
+{
+    const auto& source = depth_source(depth);
+    if (const Error error =
+            detail::check_chebyshev(source, visibility, options, projection, work_map))
+        return {error};
+    if (refinements.sample_range && !options.range)
+        return {{ErrorCode::bad_value, "refinements.sample_range", 1, "true only with options.range"}};
+    if (visibility.empty()) return {};
+    const int width = visibility.width, height = visibility.height;
+    ChebyshevOptions shading = options;
+    if (refinements.sample_range) shading.range.reset();
+    const detail::ChebyshevShade shade{shading, source.step};
+    const detail::ChebyshevWindow window{options, projection};
+
+    // Counted apart, so that the tasks share nothing.
+    Outcome outcome{};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (!(surface_distance(source, x, y) > 0)) ++outcome.work.background;
+            else if (!work_map.is_active(x, y)) ++outcome.work.skipped;
+        }
+    executor.for_each(height, [&](int y, int) {
+        for (int x = 0; x < width; ++x) {
+            const auto centre = surface_distance(source, x, y);
+            double value = 1;
+            if (centre > 0 && work_map.is_active(x, y)) {
+                const detail::WindowRadius radius = window(centre);
+                const detail::Span columns =
+                    detail::window_span(x, radius.x, width, options.border);
+                const detail::Span rows = detail::window_span(y, radius.y, height, options.border);
+                const auto keep = [&](int at_x, int at_y, double distance) {
+                    if (refinements.sample_range &&
+                        std::fabs(distance - double{centre}) > *options.range)
+                        return false;
+                    if (!refinements.paired) return true;
+                    const int mirror_x = 2 * x - at_x, mirror_y = 2 * y - at_y;
+                    return mirror_x >= columns.first && mirror_x <= columns.last &&
+                           mirror_y >= rows.first && mirror_y <= rows.last &&
+                           surface_distance(source, mirror_x, mirror_y) > 0;
+                };
+                const auto moments =
+                    detail::direct_moments<double>(source, centre, columns, rows, keep);
+                value = shade(moments, double{centre});
+            }
+            visibility(x, y) = static_cast<Value>(value);
+        }
+    });
+    outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    outcome.work.passes = 1;
+    return outcome;
+}
+
+}  // namespace nook::inline NOOK_TARGET

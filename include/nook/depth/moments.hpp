@@ -1,0 +1,205 @@
+#pragma once
+
+#include <cstdint>
+
+#include <nook/checks.hpp>
+#include <nook/depth/moments_block.hpp>
+#include <nook/depth/moments_direct.hpp>
+#include <nook/depth/moments_separable.hpp>
+#include <nook/depth/source.hpp>
+#include <nook/depth/window.hpp>
+#include <nook/execution.hpp>
+#include <nook/image.hpp>
+#include <nook/outcome.hpp>
+#include <nook/scratch.hpp>
+
+/// Moments of the depths in a square window around each pixel (Chan & Im 2021, section III), three
+/// ways that agree: `box_moments`, constant time per pixel; `box_moments_separable`, the paper's two
+/// passes of k samples; `box_moments_reference`, all k² samples.
+///
+/// Background enters no window and is not counted. No form subtracts large sums: each sum is taken
+/// about a sample of its own window, so a spike, an infinity or a NaN changes nothing outside the
+/// windows that contain it, and relief far smaller than the distance keeps its variance.
+namespace nook {
+
+struct MomentsOptions {
+    /// Pixels across the window: odd, 1 … 32767. 1 is the pixel alone.
+    int window = 31;
+    /// What windows do at the border of the image.
+    Border border = Border::symmetric;
+};
+
+/// Where the moments go: each view has the size of the depth, or is empty and costs nothing. At
+/// background pixels all of them are 0.
+template <class Value>
+struct BoxMoments {
+    /// Surface samples in the window.
+    ImageView<std::int32_t> count{};
+    /// Mean squared distance from the mean, depth².
+    ImageView<Value> variance{};
+    /// The pixel's distance minus the mean, computed from differences.
+    ImageView<Value> deviation{};
+    /// M1, the mean.
+    ImageView<Value> mean{};
+    /// M2, the mean square: overflows to the largest Value where the squares leave its range.
+    ImageView<Value> mean_square{};
+};
+
+}  // namespace nook
+
+namespace nook::inline NOOK_TARGET {
+
+/// Moments in constant time per pixel, whatever the window (van Herk 1992 block sums, each half of
+/// a window about a sample of its own, merged after Chan, Golub & LeVeque 1983). Sums are in double,
+/// where squares of float differences can neither overflow nor underflow.
+template <DepthInput Depth, class Value, ScratchSource S = HeapScratch,
+          Executor E = Serial>
+Outcome box_moments(const Depth& depth, const BoxMoments<Value>& moments,
+                    const MomentsOptions& options = {}, S&& scratch = S{}, E&& executor = E{});
+
+/// Moments by the paper's separable filter, 2 k samples per pixel.
+template <DepthInput Depth, class Value, ScratchSource S = HeapScratch,
+          Executor E = Serial>
+Outcome box_moments_separable(const Depth& depth, const BoxMoments<Value>& moments,
+                              const MomentsOptions& options = {}, S&& scratch = S{},
+                              E&& executor = E{});
+
+/// Moments from all k² samples of each window, in two passes: the oracle.
+template <DepthInput Depth, class Value, Executor E = Serial>
+Outcome box_moments_reference(const Depth& depth, const BoxMoments<Value>& moments,
+                              const MomentsOptions& options = {}, E&& executor = E{});
+
+/// Bytes of scratch that `box_moments` needs for an image and a number of workers.
+template <DepthInput Depth>
+[[nodiscard]] std::size_t box_moments_scratch_size(const Depth& depth, const MomentsOptions& options,
+                                                   int workers)
+{
+    using Filter = detail::BlockMoments<distance_t<Depth>, double>;
+    const auto& image = depth_source(depth).image;
+    return Filter{image.width, image.height, options.window, options.border}.scratch_size(workers);
+}
+
+/// Bytes of scratch that `box_moments_separable` needs for an image and a number of workers.
+template <DepthInput Depth>
+[[nodiscard]] std::size_t box_moments_separable_scratch_size(const Depth& depth,
+                                                             const MomentsOptions& options,
+                                                             int workers)
+{
+    using Filter = detail::SeparableMoments<distance_t<Depth>, double>;
+    const auto& image = depth_source(depth).image;
+    return Filter{image.width, image.height, options.window, options.border}.scratch_size(workers);
+}
+
+namespace detail {
+
+template <class Source, class Value>
+[[nodiscard]] Error check_moments(const Source& source, const BoxMoments<Value>& moments,
+                                  const MomentsOptions& options)
+{
+    if (const Error error = check_source(source)) return error;
+    if (const Error error =
+            check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767"))
+        return error;
+    Error first{};
+    const auto check = [&](const auto& image, const char* name) {
+        if (first || image.data == nullptr) return;
+        first = check_output(image, name);
+        if (!first) first = check_same_size(source.image, image, name);
+        if (!first) first = check_apart(source.image, image, name);
+    };
+    check(moments.count, "moments.count");
+    check(moments.variance, "moments.variance");
+    check(moments.deviation, "moments.deviation");
+    check(moments.mean, "moments.mean");
+    check(moments.mean_square, "moments.mean_square");
+    return first;
+}
+
+/// Writes what was asked for at one pixel.
+template <class Value>
+void write_moments(const BoxMoments<Value>& moments, int x, int y, std::int32_t count,
+                   double variance, double deviation, double distance)
+{
+    if (moments.count.data) moments.count(x, y) = count;
+    if (moments.variance.data) moments.variance(x, y) = static_cast<Value>(variance);
+    if (moments.deviation.data) moments.deviation(x, y) = static_cast<Value>(deviation);
+    const double mean = distance - deviation;
+    if (moments.mean.data) moments.mean(x, y) = static_cast<Value>(mean);
+    if (moments.mean_square.data) {
+        const double square = mean * mean + variance;
+        constexpr Value largest = (std::numeric_limits<Value>::max)();
+        moments.mean_square(x, y) = square < double{largest} ? static_cast<Value>(square) : largest;
+    }
+}
+
+/// Runs a filter that delivers rows of moments, and writes them.
+template <class Filter, class Source, class Value, class S, class E>
+Outcome run_moments(const Source& source, const BoxMoments<Value>& moments,
+                    const MomentsOptions& options, S&& scratch, E&& executor)
+{
+    Outcome outcome{};
+    outcome.error = check_moments(source, moments, options);
+    if (!outcome || source.image.empty()) return outcome;
+    const Filter filter{source.image.width, source.image.height, options.window, options.border};
+    const auto write_row = [&](Work& work, int y, int first, int width, const auto& row) {
+        for (int i = 0; i < width; ++i) {
+            if (row.distance[i] > 0) {
+                write_moments(moments, first + i, y, row.count[i], row.m2[i] / row.count[i],
+                              row.deviation(i), double{row.distance[i]});
+            } else {
+                write_moments(moments, first + i, y, 0, 0, 0, 0);
+                ++work.background;
+            }
+        }
+        work.pixels += static_cast<std::uint64_t>(width);
+    };
+    return filter.run(source, write_row, scratch, executor);
+}
+
+}  // namespace detail
+
+template <DepthInput Depth, class Value, ScratchSource S, Executor E>
+Outcome box_moments(const Depth& depth, const BoxMoments<Value>& moments,
+                    const MomentsOptions& options, S&& scratch, E&& executor)
+{
+    return detail::run_moments<detail::BlockMoments<distance_t<Depth>, double>>(
+        depth_source(depth), moments, options, scratch, executor);
+}
+
+template <DepthInput Depth, class Value, ScratchSource S, Executor E>
+Outcome box_moments_separable(const Depth& depth, const BoxMoments<Value>& moments,
+                              const MomentsOptions& options, S&& scratch, E&& executor)
+{
+    return detail::run_moments<detail::SeparableMoments<distance_t<Depth>, double>>(
+        depth_source(depth), moments, options, scratch, executor);
+}
+
+template <DepthInput Depth, class Value, Executor E>
+Outcome box_moments_reference(const Depth& depth, const BoxMoments<Value>& moments,
+                              const MomentsOptions& options, E&& executor)
+{
+    const auto& source = depth_source(depth);
+    Outcome outcome{};
+    outcome.error = detail::check_moments(source, moments, options);
+    if (!outcome || source.image.empty()) return outcome;
+    const int width = source.image.width, height = source.image.height;
+    executor.for_each(height, [&](int y, int) {
+        const detail::Span rows = detail::window_span(y, options.window / 2, height, options.border);
+        for (int x = 0; x < width; ++x) {
+            const auto centre = surface_distance(source, x, y);
+            if (!(centre > 0)) {
+                detail::write_moments(moments, x, y, 0, 0, 0, 0);
+                continue;
+            }
+            const auto columns = detail::window_span(x, options.window / 2, width, options.border);
+            const auto window = detail::direct_moments<double>(source, centre, columns, rows);
+            detail::write_moments(moments, x, y, window.count, window.variance, window.deviation,
+                                  double{centre});
+        }
+    });
+    outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    outcome.work.passes = 1;
+    return outcome;
+}
+
+}  // namespace nook::inline NOOK_TARGET

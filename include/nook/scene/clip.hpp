@@ -1,0 +1,142 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include <nook/depth/projection.hpp>
+#include <nook/scene/vector.hpp>
+
+/// From view space to the fixed-point grid of the rasteriser, and clipping on the way.
+///
+/// Coverage is decided in integers on snapped positions, so it does not depend on the rounding,
+/// contraction or reordering of any floating-point expression. Two triangles that share an edge must
+/// therefore agree on two snapped points and nothing else.
+namespace nook::inline NOOK_TARGET::detail {
+
+inline constexpr int largest_raster_size = 32768;
+
+/// A vertex before the division: it falls on pixel (x / w, y / w), with w its distance under
+/// perspective and 1 under orthography.
+struct ClipVertex {
+    double x, y, w, distance;
+};
+
+struct GridPoint {
+    std::int32_t x, y;
+};
+
+/// Pixels in fixed point. Positions stay within ± 2²⁸ units, so that edge functions, products of two
+/// differences, stay below 2⁶⁰. Small images spend the range on precision: 16 sub-pixel bits up to
+/// 2048 pixels, 12 at 32768.
+class PixelGrid {
+public:
+    PixelGrid(const Projection& projection, int width, int height, double near_plane)
+        : projection_{projection}, near_plane_{near_plane}
+    {
+        const auto size = static_cast<unsigned>((std::max)(width, height));
+        bits_ = (std::min)(16, 27 - static_cast<int>(std::bit_width(size - 1)));
+        units_ = static_cast<double>(std::int32_t{1} << bits_);
+        guard_ = static_cast<double>(std::int32_t{1} << (28 - bits_));
+    }
+    [[nodiscard]] int bits() const { return bits_; }
+    [[nodiscard]] double near_plane() const { return near_plane_; }
+
+    [[nodiscard]] ClipVertex project(const Vector3& view) const
+    {
+        const double w = projection_.orthographic ? 1 : -view.z;
+        return {projection_.cx * w + projection_.fx * view.x,
+                projection_.cy * w - projection_.fy * view.y, w, -view.z};
+    }
+    /// Signed distance from a clip plane, ≥ 0 inside: the near plane and the four sides of the guard
+    /// band.
+    static constexpr int planes = 5;
+    [[nodiscard]] double side(const ClipVertex& v, int plane) const
+    {
+        switch (plane) {
+        case 0: return v.distance - near_plane_;
+        case 1: return guard_ * v.w + v.x;
+        case 2: return guard_ * v.w - v.x;
+        case 3: return guard_ * v.w + v.y;
+        default: return guard_ * v.w - v.y;
+        }
+    }
+    [[nodiscard]] bool inside(const ClipVertex& v) const
+    {
+        for (int plane = 0; plane < planes; ++plane)
+            if (!(side(v, plane) >= 0)) return false;
+        return true;
+    }
+    /// The nearest point of the grid; `v` is inside every plane, up to rounding.
+    [[nodiscard]] GridPoint snap(const ClipVertex& v) const
+    {
+        const auto coordinate = [&](double value) {
+            const double clamped = (std::min)((std::max)(value / v.w, -guard_), guard_);
+            return static_cast<std::int32_t>(std::floor(clamped * units_ + 0.5));
+        };
+        return {coordinate(v.x), coordinate(v.y)};
+    }
+
+private:
+    Projection projection_;
+    double near_plane_;
+    double units_ = 1, guard_ = 1;
+    int bits_ = 0;
+};
+
+/// Where the edge between two vertices crosses a plane. The ends are put in order first and the code
+/// exists once, so both triangles at an edge get the same bits.
+#if defined(__GNUC__) || defined(__clang__)
+[[gnu::noinline]]
+#endif
+inline ClipVertex
+cut_edge(const PixelGrid& grid, int plane, ClipVertex a, ClipVertex b)
+{
+    const bool ordered = a.distance != b.distance ? a.distance < b.distance
+                         : a.x != b.x             ? a.x < b.x
+                                                  : a.y <= b.y;
+    if (!ordered) std::swap(a, b);
+    const double from = grid.side(a, plane), to = grid.side(b, plane);
+    const double t = from / (from - to);
+    return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.w + (b.w - a.w) * t,
+            a.distance + (b.distance - a.distance) * t};
+}
+
+/// A triangle inside all planes: a convex polygon of snapped corners. An edge between two vertices
+/// inside all planes keeps exactly their snapped points, clipped or not.
+struct ClippedPolygon {
+    static constexpr int capacity = 3 + PixelGrid::planes;
+    GridPoint corners[capacity];
+    int count = 0;
+};
+[[nodiscard]] inline ClippedPolygon clip_triangle(const PixelGrid& grid, const Vector3& a,
+                                                  const Vector3& b, const Vector3& c)
+{
+    ClipVertex buffers[2][ClippedPolygon::capacity] = {
+        {grid.project(a), grid.project(b), grid.project(c)}, {}};
+    ClipVertex* polygon = buffers[0];
+    ClipVertex* next = buffers[1];
+    int count = 3;
+    for (int plane = 0; plane < PixelGrid::planes && count > 0; ++plane) {
+        int kept = 0;
+        for (int i = 0; i < count; ++i) {
+            const ClipVertex& from = polygon[i];
+            const ClipVertex& to = polygon[i + 1 == count ? 0 : i + 1];
+            const bool from_inside = grid.side(from, plane) >= 0;
+            const bool to_inside = grid.side(to, plane) >= 0;
+            // Rounding can make a polygon that is no longer convex; never more corners than fit.
+            if (from_inside && kept < ClippedPolygon::capacity) next[kept++] = from;
+            if (from_inside != to_inside && kept < ClippedPolygon::capacity)
+                next[kept++] = cut_edge(grid, plane, from, to);
+        }
+        std::swap(polygon, next);
+        count = kept;
+    }
+    ClippedPolygon result;
+    for (int i = 0; i < count; ++i) result.corners[result.count++] = grid.snap(polygon[i]);
+    return result;
+}
+
+}  // namespace nook::inline NOOK_TARGET::detail

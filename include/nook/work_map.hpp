@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include <nook/image.hpp>
+
+namespace nook {
+
+/// Which pixels are worth work, in groups of 16 × 1: group g of row y holds the pixels
+/// 16 g … 16 g + 15 of that row. An inactive group costs a kernel as little as it can manage, its
+/// pixels become exactly 1, and they are counted as skipped. An empty map means that all are active.
+struct WorkMap {
+    static constexpr int group = 16;
+
+    /// One byte per group, (width + 15) / 16 × height of them; 0 = inactive.
+    ImageView<const std::uint8_t> active{};
+    /// True when the planner has proved that the kernel would have given 1 in every inactive group.
+    bool exact = true;
+
+    [[nodiscard]] NOOK_INLINE constexpr bool everything() const { return active.data == nullptr; }
+    [[nodiscard]] NOOK_INLINE constexpr bool is_active(int x, int y) const
+    {
+        return everything() || active(x / group, y) != 0;
+    }
+    [[nodiscard]] NOOK_INLINE static constexpr int groups(int width)
+    {
+        return width / group + (width % group != 0 ? 1 : 0);
+    }
+};
+
+}  // namespace nook

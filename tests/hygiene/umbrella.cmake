@@ -1,0 +1,21 @@
+# nook.hpp includes every public header, sorted, and does nothing else. No header is larger than a
+# reader can hold.
+include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
+
+file(STRINGS ${SOURCE_DIR}/include/nook/nook.hpp included REGEX "^#include")
+list(TRANSFORM included REPLACE "#include <(.*)>" "\\1")
+list(REMOVE_ITEM headers nook/nook.hpp)
+foreach(header IN LISTS headers)
+    if(NOT header IN_LIST included)
+        message(SEND_ERROR "nook/nook.hpp does not include ${header}")
+    endif()
+    file(SIZE ${SOURCE_DIR}/include/${header} size)
+    if(size GREATER 24576)
+        message(SEND_ERROR "${header} has ${size} bytes; one header is one idea, 24 KB at most")
+    endif()
+endforeach()
+foreach(header IN LISTS included)
+    if(NOT header IN_LIST headers)
+        message(SEND_ERROR "nook/nook.hpp includes ${header}, which is not a public header")
+    endif()
+endforeach()
