@@ -58,7 +58,8 @@ void moments_k_squared(benchmark::State& state)
 void moments_2k(benchmark::State& state)
 {
     Run{state}([](Run& run) {
-        return nook::box_moments_separable(run.depth.view(), run.moments, {run.window}, run.scratch);
+        return nook::box_moments_separable(run.depth.view(), run.moments, {run.window},
+                                           run.scratch);
     });
 }
 void moments_1(benchmark::State& state)

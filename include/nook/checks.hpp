@@ -25,18 +25,16 @@ namespace nook::inline NOOK_TARGET::detail {
 /// True for a NaN, judged by its bits.
 [[nodiscard]] constexpr bool is_nan(double value)
 {
-    return (std::bit_cast<std::uint64_t>(value) & ~(std::uint64_t{1} << 63)) >
-           std::uint64_t{0x7ff} << 52;
+    return (std::bit_cast<std::uint64_t>(value) & ~(std::uint64_t{1} << 63)) > std::uint64_t{0x7ff}
+                                                                                   << 52;
 }
 
 /// An image that a kernel reads: data where there are pixels, no negative size.
 template <class T>
 [[nodiscard]] constexpr Error check_input(const ImageView<T>& image, const char* name)
 {
-    if (image.width < 0)
-        return {ErrorCode::bad_size, name, double(image.width), "a width >= 0"};
-    if (image.height < 0)
-        return {ErrorCode::bad_size, name, double(image.height), "a height >= 0"};
+    if (image.width < 0) return {ErrorCode::bad_size, name, double(image.width), "a width >= 0"};
+    if (image.height < 0) return {ErrorCode::bad_size, name, double(image.height), "a height >= 0"};
     if (image.data == nullptr && !image.empty())
         return {ErrorCode::null_data, name, 0, "data, or a size of 0 x 0"};
     return {};
@@ -55,7 +53,8 @@ template <class T>
     if (image.empty()) return {};
     const std::ptrdiff_t pixel = magnitude(image.pixel_stride), row = magnitude(image.row_stride);
     if (image.width > 1 && pixel == 0)
-        return {ErrorCode::bad_stride, name, double(image.pixel_stride), "a pixel stride other than 0"};
+        return {ErrorCode::bad_stride, name, double(image.pixel_stride),
+                "a pixel stride other than 0"};
     const bool rows_apart = image.height == 1 || row > pixel * (image.width - 1);
     const bool columns_apart = image.width == 1 || pixel > row * (image.height - 1);
     if (!(rows_apart || (columns_apart && row > 0)))

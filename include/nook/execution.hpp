@@ -16,8 +16,11 @@ namespace nook {
 ///     [0, concurrency()), and no two calls that run at the same time share one.
 /// A kernel cuts its work by the image alone, so the bits do not depend on the executor.
 template <class E>
-concept Executor = requires(E& executor, void (*task)(int, int)) {
-    { executor.concurrency() } -> std::convertible_to<int>;
+concept Executor = requires(E& executor, void (*task)(int, int))
+{
+    {
+        executor.concurrency()
+        } -> std::convertible_to<int>;
     executor.for_each(1, task);
 };
 

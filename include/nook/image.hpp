@@ -32,8 +32,7 @@ struct ImageView {
     }
     [[nodiscard]] NOOK_INLINE constexpr bool empty() const { return width == 0 || height == 0; }
 
-    NOOK_INLINE constexpr operator ImageView<const T>() const
-        requires(!std::is_const_v<T>)
+    NOOK_INLINE constexpr operator ImageView<const T>() const requires(!std::is_const_v<T>)
     {
         return {data, width, height, row_stride, pixel_stride};
     }
@@ -47,10 +46,8 @@ struct ImageView3 {
     ImageView<T> z{};
 
     /// Views of x, y, z stored side by side; `pixel_stride` is 3 for tight, 4 for padded vectors.
-    [[nodiscard]] NOOK_INLINE static constexpr ImageView3 interleaved(T* data, int width,
-                                                                      int height,
-                                                                      std::ptrdiff_t row_stride,
-                                                                      std::ptrdiff_t pixel_stride = 3)
+    [[nodiscard]] NOOK_INLINE static constexpr ImageView3 interleaved(
+        T* data, int width, int height, std::ptrdiff_t row_stride, std::ptrdiff_t pixel_stride = 3)
     {
         // The three views overlap in range but share no element. Null stays null.
         const std::ptrdiff_t next = data != nullptr ? 1 : 0;
@@ -60,8 +57,7 @@ struct ImageView3 {
     }
     [[nodiscard]] NOOK_INLINE constexpr bool empty() const { return x.empty(); }
 
-    NOOK_INLINE constexpr operator ImageView3<const T>() const
-        requires(!std::is_const_v<T>)
+    NOOK_INLINE constexpr operator ImageView3<const T>() const requires(!std::is_const_v<T>)
     {
         return {x, y, z};
     }

@@ -4,6 +4,7 @@
 #include <nook/checks.hpp>
 #include <nook/depth/cantelli.hpp>
 #include <nook/depth/chebyshev_ao.hpp>
+#include <nook/depth/hardware_depth.hpp>
 #include <nook/depth/moments.hpp>
 #include <nook/depth/moments_block.hpp>
 #include <nook/depth/moments_direct.hpp>

@@ -87,9 +87,7 @@ inline std::size_t describe(const Error& error, char* buffer, std::size_t capaci
         switch (error.code) {
         case ErrorCode::null_data: append(" is null"); break;
         case ErrorCode::overlap: append(" shares memory with an input"); break;
-        default:
-            append(" is ");
-            append(number);
+        default: append(" is "); append(number);
         }
         append("; allowed: ");
         append(error.allowed);

@@ -16,8 +16,7 @@ public:
     Image(int width, int height, T value = {})
         : width_{width}, height_{height},
           pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value)
-    {
-    }
+    {}
 
     [[nodiscard]] int width() const { return width_; }
     [[nodiscard]] int height() const { return height_; }

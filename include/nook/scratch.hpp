@@ -24,8 +24,11 @@ struct Scratch {
 
 /// What kernels take as scratch: `reserve(bytes)` gives that much memory, or null.
 template <class S>
-concept ScratchSource = requires(S& scratch, std::size_t bytes) {
-    { scratch.reserve(bytes) } -> std::same_as<void*>;
+concept ScratchSource = requires(S& scratch, std::size_t bytes)
+{
+    {
+        scratch.reserve(bytes)
+        } -> std::same_as<void*>;
 };
 
 }  // namespace nook
@@ -40,8 +43,7 @@ public:
     HeapScratch() = default;
     HeapScratch(HeapScratch&& other) noexcept
         : data_{std::exchange(other.data_, nullptr)}, size_{std::exchange(other.size_, 0)}
-    {
-    }
+    {}
     HeapScratch& operator=(HeapScratch&& other) noexcept
     {
         std::swap(data_, other.data_);
@@ -76,9 +78,9 @@ public:
         : base_{static_cast<std::byte*>(block)},
           shift_{block == nullptr
                      ? 0
-                     : (alignment - reinterpret_cast<std::uintptr_t>(block) % alignment) % alignment}
-    {
-    }
+                     : (alignment - reinterpret_cast<std::uintptr_t>(block) % alignment) %
+                           alignment}
+    {}
 
     template <class T>
     T* take(std::size_t count)

@@ -79,8 +79,10 @@ TEST_CASE("a distance between two depths gives the nine-sample fractions")
 TEST_CASE("the paper's two-depth algebra, with its weights and signs put right")
 {
     // Chan & Im print a denominator that gives 3/28 and 1/28 for these.
-    CHECK(nook::cantelli_unclamped<Rational>(Rational(3, 16), 1 - Rational(7, 4), 0) == Rational(1, 4));
-    CHECK(nook::cantelli_unclamped<Rational>(Rational(3, 16), 2 - Rational(7, 4), 0) == Rational(3, 4));
+    CHECK(nook::cantelli_unclamped<Rational>(Rational(3, 16), 1 - Rational(7, 4), 0) ==
+          Rational(1, 4));
+    CHECK(nook::cantelli_unclamped<Rational>(Rational(3, 16), 2 - Rational(7, 4), 0) ==
+          Rational(3, 4));
 }
 
 TEST_CASE("without relief: nothing to darken, or all of it in front")
@@ -121,7 +123,8 @@ TEST_CASE("on the shaded side the bound is σ² over the mean square difference,
         const Rational p = bound(window, d);
         if (d > m.mean) CHECK(p == m.variance * window.size() / difference_squares);
         else CHECK(p == 1);
-        CHECK(p == nook::cantelli_upper_bound_of_moments<Rational>(d, m.mean, m2 / window.size(), 0));
+        CHECK(p ==
+              nook::cantelli_upper_bound_of_moments<Rational>(d, m.mean, m2 / window.size(), 0));
     }
 }
 
@@ -164,8 +167,9 @@ TEST_CASE("affine maps with a positive factor, replication and order leave the b
         CHECK(bound(window, d, bias) == p);
         // A negative factor swaps the sides: the clamp falls on the other one.
         const Moments m = moments(window);
-        CHECK((d < m.mean ? nook::cantelli_upper_bound<Rational>(m.variance, m.mean - d, bias) : 1) ==
-              nook::cantelli_upper_bound<Rational>(m.variance, -(d - m.mean), bias));
+        CHECK(
+            (d < m.mean ? nook::cantelli_upper_bound<Rational>(m.variance, m.mean - d, bias) : 1) ==
+            nook::cantelli_upper_bound<Rational>(m.variance, -(d - m.mean), bias));
     }
 }
 
@@ -174,13 +178,16 @@ TEST_CASE("in floating point the bound stays in [0, 1], and scales by powers of 
     std::mt19937 random{4};
     std::uniform_real_distribution<double> exponent{-60, 60};
     for (int i = 0; i < 10'000; ++i) {
-        const double variance = std::exp2(exponent(random)), deviation = std::exp2(exponent(random)),
+        const double variance = std::exp2(exponent(random)),
+                     deviation = std::exp2(exponent(random)),
                      bias = random() % 2 ? 0 : std::exp2(exponent(random));
         const double p = nook::cantelli_upper_bound(variance, deviation, bias);
         REQUIRE(p >= 0);
         REQUIRE(p <= 1);
-        REQUIRE(nook::cantelli_upper_bound(variance * 0x1p40, deviation * 0x1p20, bias * 0x1p40) == p);
-        REQUIRE(nook::cantelli_upper_bound(variance, deviation, 1e30 * deviation * deviation) > 1 - 1e-15);
+        REQUIRE(nook::cantelli_upper_bound(variance * 0x1p40, deviation * 0x1p20, bias * 0x1p40) ==
+                p);
+        REQUIRE(nook::cantelli_upper_bound(variance, deviation, 1e30 * deviation * deviation) >
+                1 - 1e-15);
     }
 }
 

@@ -57,7 +57,8 @@ Image<float> reference(const Image<float>& image, const ChebyshevOptions& option
                        const Projection& projection = {})
 {
     Image<float> result{image.width(), image.height(), -1.f};
-    REQUIRE(nook::chebyshev_ao_reference(image.view(), result.view(), options, refinements, projection));
+    REQUIRE(nook::chebyshev_ao_reference(image.view(), result.view(), options, refinements,
+                                         projection));
     return result;
 }
 double largest_difference(const Image<float>& a, const Image<float>& b)
@@ -68,10 +69,7 @@ double largest_difference(const Image<float>& a, const Image<float>& b)
             worst = std::max(worst, std::fabs(double{a(x, y)} - double{b(x, y)}));
     return worst;
 }
-ChebyshevOptions plain(int window)
-{
-    return {.window = window, .bias = 0};
-}
+ChebyshevOptions plain(int window) { return {.window = window, .bias = 0}; }
 
 /// Distances of a floor under a camera at height 1 that looks down by `pitch`; the frame holds the
 /// floor alone.
@@ -103,8 +101,10 @@ TEST_CASE("straight step: the deep side ramps as (r + 1 + j) / (2r + 1), at any 
 {
     for (const double height : {1e-6, 1.0, 1e6})
         for (const int r : {1, 2, 5}) {
-            const Image<float> image = make(41, 41, [&](int x, int) { return x < 20 ? 1 : 1 + height; });
-            for (const Image<float>& ao : {visibility(image, plain(2 * r + 1)), reference(image, plain(2 * r + 1))})
+            const Image<float> image =
+                make(41, 41, [&](int x, int) { return x < 20 ? 1 : 1 + height; });
+            for (const Image<float>& ao :
+                 {visibility(image, plain(2 * r + 1)), reference(image, plain(2 * r + 1))})
                 for (int y = r; y < 41 - r; ++y) {
                     for (int x = r; x < 20; ++x) REQUIRE(ao(x, y) == 1);
                     for (int x = 20; x < 41 - r; ++x) {
@@ -129,7 +129,8 @@ TEST_CASE("corners, points, lines, creases and bowls have their exact fractions"
         const double k = 2 * r + 1;
         CHECK(centre(r, [](int x, int y) { return x >= 0 && y >= 0 ? 1 : 0; }) ==
               float((r + 1) * (r + 1) / (k * k)));
-        CHECK(centre(r, [](int x, int y) { return x == 0 && y == 0 ? 1 : 0; }) == float(1 / (k * k)));
+        CHECK(centre(r, [](int x, int y) { return x == 0 && y == 0 ? 1 : 0; }) ==
+              float(1 / (k * k)));
         CHECK(centre(r, [](int x, int) { return x == 0 ? 1 : 0; }) == float(1 / k));
         for (const double slope : {0.25, 1.0, 8.0})
             CHECK(centre(r, [&](int x, int) { return -slope * std::abs(x); }) ==
@@ -165,7 +166,8 @@ TEST_CASE("planes that are linear on screen are exactly 1 at any slope, up to th
 {
     for (const double a : {0.0, 0.125, -2.0, 64.0})
         for (const double b : {0.0, 0.5, -16.0}) {
-            const Image<float> image = make(60, 50, [&](int x, int y) { return 8192 + a * x + b * y; });
+            const Image<float> image =
+                make(60, 50, [&](int x, int y) { return 8192 + a * x + b * y; });
             for (const int window : {3, 15, 63})
                 for (const float value : visibility(image, plain(window))) REQUIRE(value == 1);
         }
@@ -193,7 +195,8 @@ TEST_CASE("a plane in perspective: 1 with the clamp on distances, the paper's fa
         Image<double> z{2 * r + 1, 2 * r + 1}, ao{2 * r + 1, 2 * r + 1};
         for (int y = 0; y <= 2 * r; ++y)
             for (int x = 0; x <= 2 * r; ++x) z(x, y) = 1 / (1e-3 * (x - r) + 0.02);
-        REQUIRE(nook::chebyshev_ao(z.view(), ao.view(), {.window = 2 * r + 1, .bias = 0, .clamp = clamp}));
+        REQUIRE(nook::chebyshev_ao(z.view(), ao.view(),
+                                   {.window = 2 * r + 1, .bias = 0, .clamp = clamp}));
         return ao(r, r);
     };
     CHECK(shallow(8, true) == 1);
@@ -235,8 +238,13 @@ TEST_CASE("quantised flat ground stays above 0.99 under the automatic bias, in e
     };
     using enum nook::DepthEncoding;
     for (const auto encoding : {standard, reversed, opengl, logarithmic}) {
-        Projection projection{.fx = 400, .fy = 400, .cx = 60, .cy = 40, .encoding = encoding,
-                              .near_plane = 0.1, .far_plane = 100};
+        Projection projection{.fx = 400,
+                              .fy = 400,
+                              .cx = 60,
+                              .cy = 40,
+                              .encoding = encoding,
+                              .near_plane = 0.1,
+                              .far_plane = 100};
         check(nook::FloatStorage<float>{}, projection);
         check(nook::D24Storage{}, projection);
         check(nook::D16Storage{}, projection);
@@ -256,14 +264,17 @@ TEST_CASE("the fast form equals the reference, fixed and variable windows, borde
                 for (const double bias : {-1.0, 0.0, 1e-4})
                     for (const double radius : {0.0, 0.02, 0.5, 3.0})
                         for (const Projection& projection : {perspective, orthographic}) {
-                            ChebyshevOptions options{.window = 21, .radius = radius,
-                                                     .max_window = 41, .clamp = clamp,
+                            ChebyshevOptions options{.window = 21,
+                                                     .radius = radius,
+                                                     .max_window = 41,
+                                                     .clamp = clamp,
                                                      .border = border};
                             if (bias >= 0) options.bias = bias;
                             if (range > 0) options.range = range;
                             // Tolerance of the variable form's certificate: 1e-5 of the variance.
                             REQUIRE(largest_difference(visibility(image, options, projection),
-                                                       reference(image, options, {}, projection)) <= 1e-5);
+                                                       reference(image, options, {}, projection)) <=
+                                    1e-5);
                         }
 }
 
@@ -290,10 +301,12 @@ TEST_CASE("window sizes from distances: tiny, huge, jumping")
 {
     const Projection projection{.fx = 100, .fy = 100, .cx = 5, .cy = 5};
     std::mt19937 random{31};
-    const float depths[] = {1e-45f, 1e-38f, 1e-3f, 1.f, 1e5f, 3e38f, 0.f, -1.f, infinity, not_a_number};
+    const float depths[] = {1e-45f, 1e-38f, 1e-3f, 1.f,      1e5f,
+                            3e38f,  0.f,    -1.f,  infinity, not_a_number};
     const Image<float> image = make(90, 70, [&](int, int) { return depths[random() % 10]; });
     for (const double radius : {1e-300, 1e-3, 1.0, 1e300})
-        for (const float value : visibility(image, {.radius = radius, .max_window = 63}, projection)) {
+        for (const float value :
+             visibility(image, {.radius = radius, .max_window = 63}, projection)) {
             REQUIRE(value >= 0);
             REQUIRE(value <= 1);
         }
@@ -319,9 +332,8 @@ TEST_CASE("where the variable form cannot vouch for its tables it reads the wind
     CHECK(largest_difference(ao, reference(image, options, {}, projection)) <= 1e-5);
     // Relief of a few ulps beside a wall 10 000 times as far.
     std::mt19937 random{53};
-    const Image<float> cliff = make(100, 100, [&](int x, int) {
-        return x < 50 ? 1e4 : 1 + double(random() % 8) * 0x1p-23;
-    });
+    const Image<float> cliff = make(
+        100, 100, [&](int x, int) { return x < 50 ? 1e4 : 1 + double(random() % 8) * 0x1p-23; });
     const ChebyshevOptions tiny{.radius = 0.08, .bias = 0};
     CHECK(largest_difference(visibility(cliff, tiny, projection),
                              reference(cliff, tiny, {}, projection)) <= 1e-5);
@@ -330,10 +342,12 @@ TEST_CASE("where the variable form cannot vouch for its tables it reads the wind
 TEST_CASE("hardware depth gives the bits of its decoded values, and every encoding nearly the same")
 {
     const Image<float> image = varied(128, 96);
-    const Projection base{.fx = 130, .fy = 130, .cx = 64, .cy = 48, .near_plane = 0.5, .far_plane = 20};
+    const Projection base{
+        .fx = 130, .fy = 130, .cx = 64, .cy = 48, .near_plane = 0.5, .far_plane = 20};
     // Rounding by half a step h moves the deviation by 2h and σ by h; with |d/dt 1/(1 + t²)| ≤ 0.65
     // that moves the bound by at most (1.3 + 0.5) h / √ε: 1/255 needs ε ≥ 52 700 steps².
-    const auto check = [&]<class Storage>(Storage, Projection projection, nook::DepthEncoding encoding) {
+    const auto check = [&]<class Storage>(Storage, Projection projection,
+                                          nook::DepthEncoding encoding) {
         projection.encoding = encoding;
         CAPTURE(int(encoding));
         CAPTURE(projection.orthographic);
@@ -347,7 +361,8 @@ TEST_CASE("hardware depth gives the bits of its decoded values, and every encodi
                 stored(x, y) = nook::encode_depth<Storage>(double{image(x, y)}, projection);
                 decoded(x, y) = static_cast<float>(decode(stored(x, y)));
                 if (nook::is_surface(image(x, y), largest))
-                    step = std::max(step, nook::depth_step<Storage>(projection)(double{image(x, y)}));
+                    step =
+                        std::max(step, nook::depth_step<Storage>(projection)(double{image(x, y)}));
                 else REQUIRE(decoded(x, y) == 0);
             }
         const auto source = nook::hardware_depth<Storage>(stored.view(), projection);
@@ -554,7 +569,8 @@ TEST_CASE("images of every small size, windows larger than the image")
             for (const int window : {1, 3, 7, 9, 1001})
                 for (const Border border : {Border::symmetric, Border::clip}) {
                     const ChebyshevOptions options{.window = window, .bias = 0, .border = border};
-                    REQUIRE(largest_difference(visibility(image, options), reference(image, options)) <= 1e-7);
+                    REQUIRE(largest_difference(visibility(image, options),
+                                               reference(image, options)) <= 1e-7);
                 }
             const ChebyshevOptions world{.radius = 1, .max_window = 4095, .bias = 0};
             REQUIRE(largest_difference(visibility(image, world, projection),
@@ -595,13 +611,15 @@ TEST_CASE("a work map leaves the rest bit-identical, writes 1 elsewhere, and cou
         const ChebyshevOptions options{.window = 11, .radius = radius};
         const Image<float> whole = visibility(image, options, projection);
         Image<float> masked{150, 60}, slow{150, 60};
-        const auto outcome = nook::chebyshev_ao(image.view(), masked.view(), options, projection, map);
+        const auto outcome =
+            nook::chebyshev_ao(image.view(), masked.view(), options, projection, map);
         const auto slow_outcome =
             nook::chebyshev_ao_reference(image.view(), slow.view(), options, {}, projection, map);
         std::uint64_t background = 0, skipped = 0;
         for (int y = 0; y < 60; ++y)
             for (int x = 0; x < 150; ++x) {
-                const bool on = active(x / 16, y) != 0, surface = nook::is_surface(image(x, y), largest);
+                const bool on = active(x / 16, y) != 0,
+                           surface = nook::is_surface(image(x, y), largest);
                 if (on && radius == 0) REQUIRE(masked(x, y) == whole(x, y));
                 // Tables of partly inactive tiles reach less far.
                 else if (on) REQUIRE(std::fabs(masked(x, y) - whole(x, y)) <= 1e-5f);
@@ -643,8 +661,7 @@ TEST_CASE("views of every shape read and write their own pixels only")
             for (int x = 0; x < width; ++x) REQUIRE(ao(x, y) == same(x, y));
         REQUIRE(nook::chebyshev_ao_reference(depth, ao, options, {}, projection));
         for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                REQUIRE(std::fabs(ao(x, y) - same(x, y)) <= 1e-5f);
+            for (int x = 0; x < width; ++x) REQUIRE(std::fabs(ao(x, y) - same(x, y)) <= 1e-5f);
     }
     for (std::size_t i = 0; i < store.size(); i += 2) REQUIRE(store[i] == 0.25f);
 }
@@ -673,7 +690,8 @@ TEST_CASE("bad arguments are named, and nothing is written")
 {
     const Image<float> image{20, 10, 1.f};
     Image<float> ao{20, 10, -1.f};
-    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+    const double nan = std::numeric_limits<double>::quiet_NaN(),
+                 inf = std::numeric_limits<double>::infinity();
     const auto check = [&](const ChebyshevOptions& options, const std::string& argument,
                            const Projection& with = Projection{.fx = 10, .fy = 10}) {
         const auto outcome = nook::chebyshev_ao(image.view(), ao.view(), options, with);
@@ -695,13 +713,15 @@ TEST_CASE("bad arguments are named, and nothing is written")
     check({.radius = 1}, "projection.fx", {});
     check({.radius = 1}, "projection.fy", {.fx = 1, .fy = nan});
     Image<float> small_image{19, 10};
-    CHECK(nook::chebyshev_ao(image.view(), small_image.view()).error.code == nook::ErrorCode::bad_size);
+    CHECK(nook::chebyshev_ao(image.view(), small_image.view()).error.code ==
+          nook::ErrorCode::bad_size);
     CHECK(nook::chebyshev_ao(ao.view(), ao.view()).error.code == nook::ErrorCode::overlap);
     CHECK(nook::chebyshev_ao(nook::ImageView<const float>{nullptr, 20, 10}, ao.view()).error.code ==
           nook::ErrorCode::null_data);
     const nook::DepthSource bad_step{image.view(), nook::IdentityDecode{}, {nan, 0, 0}};
     CHECK(std::string{nook::chebyshev_ao(bad_step, ao.view()).error.argument} == "depth.step");
-    CHECK(std::string{nook::chebyshev_ao_reference(image.view(), ao.view(), {}, {.sample_range = true})
-                          .error.argument} == "refinements.sample_range");
+    CHECK(std::string{
+              nook::chebyshev_ao_reference(image.view(), ao.view(), {}, {.sample_range = true})
+                  .error.argument} == "refinements.sample_range");
     CHECK(nook::chebyshev_ao(nook::ImageView<const float>{}, nook::ImageView<float>{}));
 }

@@ -30,8 +30,7 @@ struct Result {
     Result(int width, int height)
         : count{width, height}, variance{width, height}, deviation{width, height},
           mean{width, height}, mean_square{width, height}
-    {
-    }
+    {}
     nook::BoxMoments<double> views() { return {count, variance, deviation, mean, mean_square}; }
     friend bool operator==(const Result&, const Result&) = default;
 };
@@ -48,8 +47,12 @@ Result run(Form form, const Depth& depth, int window, Border border = Border::sy
     nook::Outcome outcome{};
     switch (form) {
     case Form::block: outcome = nook::box_moments(depth, result.views(), options); break;
-    case Form::separable: outcome = nook::box_moments_separable(depth, result.views(), options); break;
-    case Form::reference: outcome = nook::box_moments_reference(depth, result.views(), options); break;
+    case Form::separable:
+        outcome = nook::box_moments_separable(depth, result.views(), options);
+        break;
+    case Form::reference:
+        outcome = nook::box_moments_reference(depth, result.views(), options);
+        break;
     }
     REQUIRE(outcome);
     return result;
@@ -82,7 +85,8 @@ double worst_error(const Image<float>& image, int radius, Border border, Form fo
         }
         const auto expected = exact::moments(image, x, y, radius, border);
         REQUIRE(result.count(x, y) == expected.count);
-        worst = std::max(worst, exact::relative_error(result.variance(x, y), expected.variance, 298));
+        worst =
+            std::max(worst, exact::relative_error(result.variance(x, y), expected.variance, 298));
         const double sigma = std::sqrt(exact::to_double(expected.variance, 298));
         const double deviation = exact::to_double(expected.deviation, 149);
         if (sigma > 0)
@@ -104,7 +108,8 @@ std::vector<Data> stiff_data()
     return {
         {"depth 1, sigma 1e-3", [=](int, int) { return 1 + noise(); }},
         {"depth 1e3, sigma 1e-3", [=](int, int) { return 1000 + noise(); }},
-        {"depth 1e5, relief of one ulp", [=](int, int) { return 1e5f + (uniform() < 0.5f ? 0 : 0.0078125f); }},
+        {"depth 1e5, relief of one ulp",
+         [=](int, int) { return 1e5f + (uniform() < 0.5f ? 0 : 0.0078125f); }},
         {"slope 1 to 1e3 with relief 1e-3", [=](int x, int) { return 1 + float(x) * 8 + noise(); }},
         {"1e-5 to 1", [=](int, int) { return std::pow(10.f, -5 * uniform()); }},
         {"uniform", [=](int, int) { return uniform() + 0x1p-20f; }},
@@ -167,7 +172,8 @@ TEST_CASE("the forms agree on random sizes, windows, borders and masks, counts e
                             doctest::Approx(expected.variance(x, y)).epsilon(1e-12).scale(1e-9));
                     REQUIRE(result.deviation(x, y) ==
                             doctest::Approx(expected.deviation(x, y)).epsilon(1e-13).scale(1));
-                    REQUIRE(result.mean(x, y) == doctest::Approx(expected.mean(x, y)).epsilon(1e-12));
+                    REQUIRE(result.mean(x, y) ==
+                            doctest::Approx(expected.mean(x, y)).epsilon(1e-12));
                     REQUIRE(result.mean_square(x, y) ==
                             doctest::Approx(expected.mean_square(x, y)).epsilon(1e-12));
                 }
@@ -243,7 +249,8 @@ TEST_CASE("one bad pixel changes nothing outside the windows that contain it")
                 for (int x = 0; x < 150; ++x) {
                     REQUIRE(std::isfinite(result.variance(x, y)));
                     REQUIRE(std::isfinite(result.deviation(x, y)));
-                    const int rx = std::min({radius, x, 149 - x}), ry = std::min({radius, y, 89 - y});
+                    const int rx = std::min({radius, x, 149 - x}),
+                              ry = std::min({radius, y, 89 - y});
                     if (std::abs(x - bad_x) <= rx && std::abs(y - bad_y) <= ry) {
                         if (bad != 1e30f && !(x == bad_x && y == bad_y))
                             REQUIRE(result.count(x, y) == expected.count(x, y) - 1);
@@ -281,7 +288,8 @@ TEST_CASE("any number of threads gives the same bits")
             REQUIRE(nook::box_moments(image.view(), result.views(), {window}, {}, threads));
             CHECK(result == expected);
             Result separable{700, 300};
-            REQUIRE(nook::box_moments_separable(image.view(), separable.views(), {window}, {}, threads));
+            REQUIRE(nook::box_moments_separable(image.view(), separable.views(), {window}, {},
+                                                threads));
             CHECK(separable == run(Form::separable, image, window));
         }
     }
@@ -316,8 +324,7 @@ TEST_CASE("views of every shape read and write their own pixels only")
                                           height, -width * 4, 4};
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) view(x, y) = plain(x, y);
-        for (const Form form : forms)
-            CHECK(run(form, view, 7).count == expected.count);
+        for (const Form form : forms) CHECK(run(form, view, 7).count == expected.count);
         CHECK(run(Form::block, view, 7) == expected);
     }
     SUBCASE("output: bottom up, interleaved, padded rows; gaps stay untouched")
@@ -387,7 +394,8 @@ TEST_CASE("scratch: the stated size suffices at any alignment, less is an error"
         CHECK(nook::box_moments(view, result.views(), {9}, scratch));
     }
     result = Result{50, 40};
-    const auto outcome = nook::box_moments(view, result.views(), {9}, nook::Scratch{block.data(), size - 1});
+    const auto outcome =
+        nook::box_moments(view, result.views(), {9}, nook::Scratch{block.data(), size - 1});
     CHECK(outcome.error.code == nook::ErrorCode::scratch_too_small);
     CHECK(outcome.error.value == double(size));
     CHECK(result == Result{50, 40});
@@ -409,11 +417,15 @@ TEST_CASE("bad arguments are named, and nothing is written")
               nook::ErrorCode::bad_value);
     check(nook::box_moments(nook::ImageView<const float>{nullptr, 20, 10}, result.views(), {3}),
           "depth", nook::ErrorCode::null_data);
-    check(nook::box_moments(nook::ImageView<const float>{image.data(), -20, 10}, result.views(), {3}),
-          "depth", nook::ErrorCode::bad_size);
-    check(nook::box_moments(image.view(), nook::BoxMoments<double>{.variance = {result.variance.data(), 10, 10}}, {3}),
+    check(
+        nook::box_moments(nook::ImageView<const float>{image.data(), -20, 10}, result.views(), {3}),
+        "depth", nook::ErrorCode::bad_size);
+    check(nook::box_moments(image.view(),
+                            nook::BoxMoments<double>{.variance = {result.variance.data(), 10, 10}},
+                            {3}),
           "moments.variance", nook::ErrorCode::bad_size);
-    check(nook::box_moments(image.view(), nook::BoxMoments<double>{.mean = {result.mean.data(), 20, 10, 3}}, {3}),
+    check(nook::box_moments(image.view(),
+                            nook::BoxMoments<double>{.mean = {result.mean.data(), 20, 10, 3}}, {3}),
           "moments.mean", nook::ErrorCode::bad_stride);
     Image<float> both{20, 10, 2.f};
     check(nook::box_moments(both.view(), nook::BoxMoments<float>{.deviation = both}, {3}),

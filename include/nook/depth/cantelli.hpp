@@ -46,8 +46,9 @@ template <class Field>
 /// window. Exact in exact arithmetic; in floating point M2 − M1² cancels when the relief is small
 /// beside the distance, which is why no kernel uses it.
 template <class Field>
-[[nodiscard]] constexpr Field cantelli_upper_bound_of_moments(const Field& distance, const Field& m1,
-                                                              const Field& m2, const Field& bias)
+[[nodiscard]] constexpr Field cantelli_upper_bound_of_moments(const Field& distance,
+                                                              const Field& m1, const Field& m2,
+                                                              const Field& bias)
 {
     const Field variance = m2 - m1 * m1;
     const Field deviation = distance - m1;

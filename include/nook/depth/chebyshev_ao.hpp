@@ -107,10 +107,9 @@ struct ChebyshevShade {
 
     ChebyshevShade(const ChebyshevOptions& options, const DepthStep& depth_step)
         : step{depth_step}, bias{options.bias.value_or(0)}, range{options.range.value_or(0)},
-          automatic_bias{!options.bias}, range_check{options.range.has_value()},
-          clamp{options.clamp}
-    {
-    }
+          automatic_bias{!options.bias}, range_check{options.range.has_value()}, clamp{
+                                                                                     options.clamp}
+    {}
     [[nodiscard]] double bias_at(double distance) const
     {
         if (!automatic_bias) return bias;
@@ -181,7 +180,8 @@ template <class Source, class Value>
     if (const Error error = check_output(visibility, "visibility")) return error;
     if (const Error error = check_same_size(image, visibility, "visibility")) return error;
     if (const Error error = check_apart(image, visibility, "visibility")) return error;
-    if (const Error error = check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767"))
+    if (const Error error =
+            check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767"))
         return error;
     if (const Error error = check_window(options.max_window, 4095, "options.max_window",
                                          "an odd number from 1 to 4095"))
@@ -207,11 +207,11 @@ std::size_t chebyshev_ao_scratch_size(const Depth& depth, const ChebyshevOptions
     const auto& image = depth_source(depth).image;
     const detail::ChebyshevWindow window{options, projection};
     if (window.fixed())
-        return window.template fixed_filter<distance_t<Depth>>(image.width, image.height,
-                                                               options.border)
+        return window
+            .template fixed_filter<distance_t<Depth>>(image.width, image.height, options.border)
             .scratch_size(workers);
-    return window.template variable_filter<distance_t<Depth>>(image.width, image.height,
-                                                              options.border)
+    return window
+        .template variable_filter<distance_t<Depth>>(image.width, image.height, options.border)
         .scratch_size(workers);
 }
 
@@ -257,15 +257,14 @@ Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
                           },
                           scratch, executor);
     } else {
-        outcome =
-            window.template variable_filter<distance_t<Depth>>(width, height, options.border)
-                .run(
-                    source, window, [&](double distance) { return shade.bias_at(distance); },
-                    [&](int x, int y) { return work_map.is_active(x, y); },
-                    [&](Work& work, int x, int y, double distance, const auto& moments) {
-                        write(work, x, y, distance, [&] { return shade(moments, distance); });
-                    },
-                    scratch, executor);
+        outcome = window.template variable_filter<distance_t<Depth>>(width, height, options.border)
+                      .run(
+                          source, window, [&](double distance) { return shade.bias_at(distance); },
+                          [&](int x, int y) { return work_map.is_active(x, y); },
+                          [&](Work& work, int x, int y, double distance, const auto& moments) {
+                              write(work, x, y, distance, [&] { return shade(moments, distance); });
+                          },
+                          scratch, executor);
     }
     if (outcome) {
         outcome.work.pixels =
@@ -277,16 +276,16 @@ Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
 
 template <DepthInput Depth, class Value, Executor E>
 Outcome chebyshev_ao_reference(const Depth& depth, const ImageView<Value>& visibility,
-                               const ChebyshevOptions& options,
-                               const ExactRefinements& refinements, const Projection& projection,
-                               const WorkMap& work_map, E&& executor)
+                               const ChebyshevOptions& options, const ExactRefinements& refinements,
+                               const Projection& projection, const WorkMap& work_map, E&& executor)
 {
     const auto& source = depth_source(depth);
     if (const Error error =
             detail::check_chebyshev(source, visibility, options, projection, work_map))
         return {error};
     if (refinements.sample_range && !options.range)
-        return {{ErrorCode::bad_value, "refinements.sample_range", 1, "true only with options.range"}};
+        return {
+            {ErrorCode::bad_value, "refinements.sample_range", 1, "true only with options.range"}};
     if (visibility.empty()) return {};
     const int width = visibility.width, height = visibility.height;
     ChebyshevOptions shading = options;

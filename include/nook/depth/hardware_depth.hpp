@@ -242,8 +242,7 @@ template <class Storage>
         break;
     case DepthEncoding::logarithmic: {
         // dz/dd = (1/c + z) log(1 + c f)
-        const double slope =
-            std::log1p(projection.logarithmic_scale * far_plane) * below_one;
+        const double slope = std::log1p(projection.logarithmic_scale * far_plane) * below_one;
         step.constant += slope / projection.logarithmic_scale;
         step.linear += slope;
         break;
@@ -260,9 +259,11 @@ template <class Storage>
         } else if (from_zero) {
             // The stored value is about n/z, its spacing relative to it: z² · (n/z) · relative / n.
             step.linear += relative;
-            step.quadratic += Storage::absolute_step * (1 / near_plane - detail::inverse_far(projection));
+            step.quadratic +=
+                Storage::absolute_step * (1 / near_plane - detail::inverse_far(projection));
         } else {
-            step.quadratic += below_one * spread * (1 / near_plane - detail::inverse_far(projection));
+            step.quadratic +=
+                below_one * spread * (1 / near_plane - detail::inverse_far(projection));
         }
     }
     }
@@ -277,8 +278,9 @@ template <class Storage = void, class T>
 [[nodiscard]] auto hardware_depth(const ImageView<T>& image, const Projection& projection)
 {
     using Stored = std::remove_const_t<T>;
-    using Actual = typename std::conditional_t<std::is_void_v<Storage>, detail::DefaultStorage<Stored>,
-                                               std::type_identity<Storage>>::type;
+    using Actual =
+        typename std::conditional_t<std::is_void_v<Storage>, detail::DefaultStorage<Stored>,
+                                    std::type_identity<Storage>>::type;
     using Source = DepthSource<Stored, HardwareDecode<Actual>>;
     using Distance = typename Source::Distance;
     constexpr double largest = (std::numeric_limits<Distance>::max)();

@@ -52,14 +52,12 @@ namespace nook::inline NOOK_TARGET {
 /// Moments in constant time per pixel, whatever the window (van Herk 1992 block sums, each half of
 /// a window about a sample of its own, merged after Chan, Golub & LeVeque 1983). Sums are in double,
 /// where squares of float differences can neither overflow nor underflow.
-template <DepthInput Depth, class Value, ScratchSource S = HeapScratch,
-          Executor E = Serial>
+template <DepthInput Depth, class Value, ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome box_moments(const Depth& depth, const BoxMoments<Value>& moments,
                     const MomentsOptions& options = {}, S&& scratch = S{}, E&& executor = E{});
 
 /// Moments by the paper's separable filter, 2 k samples per pixel.
-template <DepthInput Depth, class Value, ScratchSource S = HeapScratch,
-          Executor E = Serial>
+template <DepthInput Depth, class Value, ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome box_moments_separable(const Depth& depth, const BoxMoments<Value>& moments,
                               const MomentsOptions& options = {}, S&& scratch = S{},
                               E&& executor = E{});
@@ -71,8 +69,8 @@ Outcome box_moments_reference(const Depth& depth, const BoxMoments<Value>& momen
 
 /// Bytes of scratch that `box_moments` needs for an image and a number of workers.
 template <DepthInput Depth>
-[[nodiscard]] std::size_t box_moments_scratch_size(const Depth& depth, const MomentsOptions& options,
-                                                   int workers)
+[[nodiscard]] std::size_t box_moments_scratch_size(const Depth& depth,
+                                                   const MomentsOptions& options, int workers)
 {
     using Filter = detail::BlockMoments<distance_t<Depth>, double>;
     const auto& image = depth_source(depth).image;
@@ -184,7 +182,8 @@ Outcome box_moments_reference(const Depth& depth, const BoxMoments<Value>& momen
     if (!outcome || source.image.empty()) return outcome;
     const int width = source.image.width, height = source.image.height;
     executor.for_each(height, [&](int y, int) {
-        const detail::Span rows = detail::window_span(y, options.window / 2, height, options.border);
+        const detail::Span rows =
+            detail::window_span(y, options.window / 2, height, options.border);
         for (int x = 0; x < width; ++x) {
             const auto centre = surface_distance(source, x, y);
             if (!(centre > 0)) {

@@ -35,10 +35,10 @@ public:
           strip_{(std::min)(width, (std::max)({512, 2 * window, 32768 / window}))},
           strips_{strip_ > 0 ? (width + strip_ - 1) / strip_ : 0},
           // A run of blocks filters the rows of one block more than it delivers.
-          run_{(std::max)(1, 256 / window)},
-          runs_{((down_.interior + window - 1) / window + run_ - 1) / run_}
-    {
-    }
+          run_{(std::max)(1, 256 / window)}, runs_{((down_.interior + window - 1) / window + run_ -
+                                                    1) /
+                                                   run_}
+    {}
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
     {
@@ -58,12 +58,14 @@ public:
         if (block == nullptr) return {check_scratch<S>(size)};
         ScratchLayout layout{block};
         const Memory all = memory(layout, workers);
-        for (int n = 1; n <= window_; ++n) all.reciprocal[n] = Accumulator{1} / static_cast<Accumulator>(n);
+        for (int n = 1; n <= window_; ++n)
+            all.reciprocal[n] = Accumulator{1} / static_cast<Accumulator>(n);
         for (int worker = 0; worker < workers; ++worker) all.work[worker] = {};
         executor.for_each(strips_ * (runs_ + 2), [&](int task, int worker) {
             const int strip = task % strips_, part = task / strips_;
             const int first = strip * strip_;
-            Task<Source, Consume> work{*this,   source, consume, all.of(worker, *this),
+            Task<Source, Consume> work{*this,   source,
+                                       consume, all.of(worker, *this),
                                        first,   (std::min)(strip_, width_ - first)};
             if (part == 0) work.top();
             else if (part == 1) work.bottom();
@@ -237,7 +239,8 @@ private:
         }
         void decode(int y, int from, int to, const Row& out)
         {
-            for (int x = from; x < to; ++x) memory.samples[x - from] = surface_distance(source, x, y);
+            for (int x = from; x < to; ++x)
+                memory.samples[x - from] = surface_distance(source, x, y);
             for (int i = 0; i < width; ++i) out.distance[i] = memory.samples[first + i - from];
         }
         [[nodiscard]] Part<Distance, Accumulator> finish(
@@ -262,7 +265,8 @@ private:
             int added = filter.width_ - 1;
             for (int x = filter.width_ - 1; x >= begin; --x) {
                 const Span columns = window_span(x, filter.radius_, filter.width_, filter.border_);
-                for (; added >= columns.first; --added) sums.add(surface_distance(source, added, y));
+                for (; added >= columns.first; --added)
+                    sums.add(surface_distance(source, added, y));
                 if (x < first + width) out.set(x - first, finish(sums));
             }
         }
@@ -275,7 +279,8 @@ private:
                 if (s < last) memory.suffix.set(s - block, finish(suffix));
             }
             const int next = block + filter.window_;
-            for (int s = next; s < start + filter.window_; ++s) prefix.add(memory.samples[s - from]);
+            for (int s = next; s < start + filter.window_; ++s)
+                prefix.add(memory.samples[s - from]);
             for (int s = start; s < last; ++s) {
                 out.set(s + filter.radius_ - first,
                         merge(memory.suffix.part(s - block), finish(prefix)));

@@ -52,9 +52,8 @@ template <class Accumulator, class Source, class Distance, class Keep = KeepAll>
     const auto count = static_cast<Accumulator>(result.count);
     const Accumulator mean = sum / count;
     Accumulator squares = 0;
-    for_each_sample([&](Accumulator difference) {
-        squares += (difference - mean) * (difference - mean);
-    });
+    for_each_sample(
+        [&](Accumulator difference) { squares += (difference - mean) * (difference - mean); });
     result.variance = squares / count;
     result.deviation = -mean;
     return result;

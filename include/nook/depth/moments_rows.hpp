@@ -115,8 +115,8 @@ struct ColumnSums {
 
     static ColumnSums take(ScratchLayout& layout, std::size_t size)
     {
-        return {PartRow<Distance, Accumulator>::take(layout, size),
-                layout.take<Accumulator>(size), layout.take<Accumulator>(size)};
+        return {PartRow<Distance, Accumulator>::take(layout, size), layout.take<Accumulator>(size),
+                layout.take<Accumulator>(size)};
     }
     void clear(int width) const
     {

@@ -26,8 +26,7 @@ public:
         : width_{width}, height_{height}, window_{window}, radius_{window / 2}, border_{border},
           // A band filters 2 r rows more than it delivers.
           band_{(std::max)(64, 2 * window)}
-    {
-    }
+    {}
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
     {
@@ -96,7 +95,8 @@ private:
             const Span columns = window_span(x, radius_, width_, border_);
             PivotSums<Distance, Accumulator> sums;
             for (int i = columns.first; i <= columns.last; ++i) sums.add(out.distance[i]);
-            out.set(x, sums.part(Accumulator{1} / static_cast<Accumulator>((std::max)(1, sums.count))));
+            out.set(
+                x, sums.part(Accumulator{1} / static_cast<Accumulator>((std::max)(1, sums.count))));
         }
     }
 

@@ -34,14 +34,13 @@ public:
 
     /// `largest`: the radius that no pixel's window exceeds.
     VariableMoments(int width, int height, WindowRadius largest, Border border)
-        : width_{width}, height_{height}, border_{border},
-          largest_{(std::min)(largest.x, width), (std::min)(largest.y, height)},
+        : width_{width}, height_{height}, border_{border}, largest_{(std::min)(largest.x, width),
+                                                                    (std::min)(largest.y, height)},
           tiles_across_{width > 0 ? (width - 1) / tile + 1 : 0},
           tiles_down_{height > 0 ? (height - 1) / tile + 1 : 0},
           table_width_{(std::min)(width, tile + 2 * largest_.x) + 1},
           table_height_{(std::min)(height, tile + 2 * largest_.y) + 1}
-    {
-    }
+    {}
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
     {
@@ -53,9 +52,10 @@ public:
     /// radius(distance) gives a pixel's window; slack(distance) a variance that the caller will add;
     /// wanted(x, y) whether the pixel is. Delivers every pixel once, the unwanted and the background
     /// with a count of 0: consume(work, x, y, distance, moments).
-    template <class Source, class Radius, class Slack, class Wanted, class Consume, class S, class E>
-    Outcome run(const Source& source, const Radius& radius, const Slack& slack, const Wanted& wanted,
-                const Consume& consume, S&& scratch, E&& executor) const
+    template <class Source, class Radius, class Slack, class Wanted, class Consume, class S,
+              class E>
+    Outcome run(const Source& source, const Radius& radius, const Slack& slack,
+                const Wanted& wanted, const Consume& consume, S&& scratch, E&& executor) const
     {
         const int workers = static_cast<int>(executor.concurrency());
         const std::size_t size = scratch_size(workers);
@@ -127,7 +127,8 @@ private:
         [[nodiscard]] bool look_up(Distance distance, Span across, Span down, double slack,
                                    WindowMoments<double>& moments) const
         {
-            const std::ptrdiff_t top = (down.first - y0) * stride, bottom = (down.last + 1 - y0) * stride;
+            const std::ptrdiff_t top = (down.first - y0) * stride,
+                                 bottom = (down.last + 1 - y0) * stride;
             const std::ptrdiff_t left = across.first - x0, right = across.last + 1 - x0;
             const auto window = [&](const auto* table) {
                 return (table[bottom + right] - table[top + right]) -
@@ -146,8 +147,9 @@ private:
     };
 
     template <class Source, class Radius, class Wanted>
-    [[nodiscard]] Table make_table(const Memory& all, int worker, const Source& source, Span columns,
-                                   Span rows, const Radius& radius, const Wanted& wanted) const
+    [[nodiscard]] Table make_table(const Memory& all, int worker, const Source& source,
+                                   Span columns, Span rows, const Radius& radius,
+                                   const Wanted& wanted) const
     {
         WindowRadius reach{0, 0};
         Distance pivot = 0;
@@ -164,8 +166,14 @@ private:
         const int x1 = (std::min)(width_, columns.last + reach.x + 1);
         const int y0 = (std::max)(0, rows.first - reach.y);
         const int y1 = (std::min)(height_, rows.last + reach.y + 1);
-        Table table{all.count + at, all.sum + at, all.squares + at, x0, y0, x1 - x0 + 1,
-                    static_cast<double>(pivot), 0};
+        Table table{all.count + at,
+                    all.sum + at,
+                    all.squares + at,
+                    x0,
+                    y0,
+                    x1 - x0 + 1,
+                    static_cast<double>(pivot),
+                    0};
         if (!(pivot > 0)) return table;
 
         std::fill_n(table.count, table.stride, 0);

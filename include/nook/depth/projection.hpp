@@ -120,8 +120,8 @@ namespace detail {
                                              double distance)
 {
     const double scale = projection.orthographic ? 1 : distance;
-    return {(x - projection.cx) / projection.fx * scale, (projection.cy - y) / projection.fy * scale,
-            -distance};
+    return {(x - projection.cx) / projection.fx * scale,
+            (projection.cy - y) / projection.fy * scale, -distance};
 }
 
 /// Where a view-space point falls; it must lie in front of the viewer under perspective.

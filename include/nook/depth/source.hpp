@@ -80,12 +80,12 @@ inline constexpr bool is_distance_view<ImageView<T>> = std::is_floating_point_v<
 
 /// What kernels accept as depth: a DepthSource, or a view of float or double distances.
 template <class T>
-concept DepthInput =
-    detail::is_depth_source<std::remove_cvref_t<T>> || detail::is_distance_view<std::remove_cvref_t<T>>;
+concept DepthInput = detail::is_depth_source<std::remove_cvref_t<T>> ||
+    detail::is_distance_view<std::remove_cvref_t<T>>;
 
 /// The source behind a depth input.
 template <class T>
-    requires std::is_floating_point_v<T>
+requires std::is_floating_point_v<T>
 [[nodiscard]] NOOK_INLINE constexpr auto depth_source(const ImageView<T>& view)
 {
     return DepthSource<std::remove_const_t<T>, IdentityDecode>{view};
@@ -103,7 +103,8 @@ namespace nook::inline NOOK_TARGET {
 
 /// The type of the distances that an input decodes to.
 template <DepthInput Depth>
-using distance_t = typename std::remove_cvref_t<decltype(depth_source(std::declval<const Depth&>()))>::Distance;
+using distance_t =
+    typename std::remove_cvref_t<decltype(depth_source(std::declval<const Depth&>()))>::Distance;
 
 /// A distance that is a surface: positive, finite, not beyond the limit. Judged by bits, so that
 /// -ffast-math cannot fold the test for NaN and infinity away.

@@ -173,10 +173,11 @@ Outcome error_metrics(const ImageView<T>& image, const ImageView<U>& reference,
         // The rank ⌈0.99 n⌉, in integers.
         const std::uint64_t rank = sums.pixels - sums.pixels / 100;
         double* const at = magnitudes + (rank - 1);
-        std::nth_element(magnitudes, at, last);
+        // A comparison of our own: std::less would be shared between targets.
+        std::nth_element(magnitudes, at, last, [](double a, double b) { return a < b; });
         result.p99 = *at;
     }
-    Outcome outcome;
+    Outcome outcome{};
     outcome.work.pixels = sums.pixels;
     outcome.work.background = all - sums.pixels;
     outcome.work.passes = 1;

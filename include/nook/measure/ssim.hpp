@@ -93,7 +93,7 @@ Measured ssim(const ImageView<T>& image, const ImageView<U>& reference,
     const auto counts = [&](int x, int y) { return mask.empty() || mask(x, y) != 0; };
 
     // Each row is filtered across once, on its way into the ring; the ring is filtered down.
-    Error error;
+    Error error{};
     const auto filter_row = [&](int y) {
         SsimSums* const row = ring + stride * static_cast<std::size_t>(y % ssim_rows);
         for (int x = 0; x < width; ++x) row[x] = {};

@@ -155,10 +155,14 @@ namespace detail {
 /// The ray against four boxes, in float and on the safe side.
 ///
 /// With b a bound and o the origin, (b − o) / d is computed as b · i − o · i. The reciprocal, the two
-/// products and the difference are each off by 2⁻²⁴ of themselves, together by less than
-/// 2⁻²² (1 + |o|) |i|, as |b| ≤ 1 in scene space. Each interval grows by that much, so no box that the
-/// ray touches is missed: not a flat one, not one whose face holds the origin. A direction component
-/// of 0 takes a reciprocal of 2⁶⁰ in place of infinity, which the same margin covers.
+/// products and the difference are each off by 2⁻²⁴ of themselves: together by less than 2⁻²² of
+/// |t| + |o · i|, where no |t| beyond t_max matters, and |b| ≤ 1 in scene space. The triangle test
+/// rounds the ray's own offset from a vertex to float, by 2⁻²⁴ of its distance, which is at most the
+/// length of the ray (its direction is no longer than 4) and the size of the triangle; for the latter
+/// the boxes are padded. Each interval grows by all that, so no box is missed whose triangle the ray
+/// meets: not a flat one, not one whose face holds the origin. A ray that is short beside the scene
+/// gets a margin that is, too. A direction component of 0 takes a reciprocal of 2⁶⁰ in place of
+/// infinity, which the same margin covers.
 class SlabTest {
 public:
     explicit SlabTest(const SceneRay& ray)
@@ -167,7 +171,8 @@ public:
             const double d = ray.direction[k];
             const double inverse = std::fabs(d) > 0x1p-60 ? 1 / d : d < 0 ? -0x1p60 : 0x1p60;
             const double start = ray.origin[k] * inverse;
-            const double margin = 0x1p-22 * (1 + std::fabs(ray.origin[k])) * std::fabs(inverse);
+            const double reach = (std::min)(1.0, 16 * ray.t_max);
+            const double margin = 0x1p-22 * (reach + std::fabs(ray.origin[k])) * std::fabs(inverse);
             inverse_[k] = static_cast<float>(inverse);
             near_side_[k] = d < 0 ? 1 : 0;
             near_start_[k] = static_cast<float>(start + margin);

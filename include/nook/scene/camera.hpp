@@ -146,7 +146,7 @@ inline Error check_camera(const Camera& camera)
 
 inline Projection projection(const Camera& camera, int width, int height)
 {
-    Projection result;
+    Projection result{};
     result.fy = camera.orthographic ? height / camera.view_height
                                     : height / (2 * std::tan(camera.vertical_fov / 2));
     result.fx = result.fy;

@@ -299,8 +299,7 @@ Outcome rasterise(const MeshView& mesh, const ViewFrame& frame, const Projection
 
     const std::size_t size = detail::RasterScratch{mesh}.size;
     void* const block = size == 0 ? nullptr : scratch.reserve(size);
-    if (block == nullptr && size != 0)
-        return {detail::check_scratch<S>(size)};
+    if (block == nullptr && size != 0) return {detail::check_scratch<S>(size)};
     double near_plane = (std::max)(options.near_plane, double{(std::numeric_limits<float>::min)()});
     if (detail::is_finite(projection.near_plane))
         near_plane = (std::max)(near_plane, projection.near_plane);

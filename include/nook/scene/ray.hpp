@@ -91,12 +91,19 @@ struct SceneTriangle {
         const Vector3 a = corner(0);
         return cross(corner(1) - a, corner(2) - a);
     }
+    /// Padded by what the rounding of a ray test may add to the triangle.
     [[nodiscard]] Bounds bounds() const
     {
         Bounds result;
+        float size = 0;
         for (int k = 0; k < 3; ++k) {
             result.low[k] = (std::min)({vertices[0][k], vertices[1][k], vertices[2][k]});
             result.high[k] = (std::max)({vertices[0][k], vertices[1][k], vertices[2][k]});
+            size = (std::max)(size, result.high[k] - result.low[k]);
+        }
+        for (int k = 0; k < 3; ++k) {
+            result.low[k] -= 0x1p-22f * size;
+            result.high[k] += 0x1p-22f * size;
         }
         return result;
     }

@@ -195,8 +195,7 @@ Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const flo
     const std::size_t size = traced_ao_scratch_size(workers);
     void* const block = scratch.reserve(size);
     if (block == nullptr) return {detail::check_scratch<S>(size)};
-    Work* const counts =
-        detail::ScratchLayout{block}.take<Work>(static_cast<std::size_t>(workers));
+    Work* const counts = detail::ScratchLayout{block}.take<Work>(static_cast<std::size_t>(workers));
     for (int worker = 0; worker < workers; ++worker) counts[worker] = {};
 
     const detail::Frame axes{frame};

@@ -40,7 +40,8 @@ extern "C" void UNIT(nook::ImageView<float> depth, Answers* answers)
         return;
     if (!good(bvh.build(mesh))) return;
     if (!good(nook::traced_ao(bvh, depth, normals, reference.view(),
-                              {.radius = 1, .directions = 16}, projection, frame, {}, scratch, executor)))
+                              {.radius = 1, .directions = 16}, projection, frame, {}, scratch,
+                              executor)))
         return;
 
     // Through a hardware encoding, so that the decoder is part of what is compared.
