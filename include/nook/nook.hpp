@@ -37,6 +37,7 @@
 #include <nook/scene/vector.hpp>
 #include <nook/scratch.hpp>
 #include <nook/target.hpp>
+#include <nook/tasks.hpp>
 #include <nook/thread_executor.hpp>
 #include <nook/version.hpp>
 #include <nook/work_map.hpp>

@@ -403,6 +403,16 @@ TEST_CASE("scratch: the stated size suffices at any alignment, less is an error"
     CHECK(!nook::box_moments_separable(view, result.views(), {9}, separable));
 }
 
+TEST_CASE("windows beyond the image cost no more memory than the image")
+{
+    const Image<float> image{100, 80, 1.f};
+    const auto view = image.view();
+    CHECK(nook::box_moments_scratch_size(view, {32767}, 1) ==
+          nook::box_moments_scratch_size(view, {201}, 1));
+    CHECK(nook::box_moments_scratch_size(view, {32767}, 1) < 64 * 100 * 80);
+    CHECK(nook::box_moments_separable_scratch_size(view, {32767}, 1) < 64 * 100 * 80);
+}
+
 TEST_CASE("bad arguments are named, and nothing is written")
 {
     const Image<float> image{20, 10, 1.f};

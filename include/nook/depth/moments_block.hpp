@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <nook/checks.hpp>
 #include <nook/depth/moments_rows.hpp>
 #include <nook/depth/source.hpp>
 #include <nook/depth/window.hpp>
 #include <nook/outcome.hpp>
 #include <nook/scratch.hpp>
+#include <nook/tasks.hpp>
 
 namespace nook::inline NOOK_TARGET::detail {
 
@@ -30,21 +30,17 @@ class BlockMoments {
 public:
     BlockMoments(int width, int height, int window, Border border)
         : width_{width}, height_{height}, window_{window}, radius_{window / 2}, border_{border},
-          across_{axis(width)}, down_{axis(height)},
+          across_{axis(width)}, down_{axis(height)}, slots_{(std::min)(window, height)},
           // Wide enough that the 2 r columns beside a strip weigh little, narrow enough for the cache.
           strip_{(std::min)(width, (std::max)({512, 2 * window, 32768 / window}))},
-          strips_{strip_ > 0 ? (width + strip_ - 1) / strip_ : 0},
+          strips_{pieces(width, (std::max)(strip_, 1))},
           // A run of blocks filters the rows of one block more than it delivers.
-          run_{(std::max)(1, 256 / window)}, runs_{((down_.interior + window - 1) / window + run_ -
-                                                    1) /
-                                                   run_}
+          run_{(std::max)(1, 256 / window)}, runs_{pieces(pieces(down_.interior, window), run_)}
     {}
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
     {
-        ScratchLayout layout;
-        static_cast<void>(memory(layout, workers));
-        return layout.size();
+        return task_scratch_size(layout(), workers);
     }
 
     /// Delivers each row of moments once: consume(work, y, x, width, row) for pixels x … x + width − 1
@@ -52,28 +48,20 @@ public:
     template <class Source, class Consume, class S, class E>
     Outcome run(const Source& source, const Consume& consume, S&& scratch, E&& executor) const
     {
-        const int workers = static_cast<int>(executor.concurrency());
-        const std::size_t size = scratch_size(workers);
-        void* const block = scratch.reserve(size);
-        if (block == nullptr) return {check_scratch<S>(size)};
-        ScratchLayout layout{block};
-        const Memory all = memory(layout, workers);
-        for (int n = 1; n <= window_; ++n)
-            all.reciprocal[n] = Accumulator{1} / static_cast<Accumulator>(n);
-        for (int worker = 0; worker < workers; ++worker) all.work[worker] = {};
-        executor.for_each(strips_ * (runs_ + 2), [&](int task, int worker) {
-            const int strip = task % strips_, part = task / strips_;
-            const int first = strip * strip_;
-            Task<Source, Consume> work{*this,   source,
-                                       consume, all.of(worker, *this),
-                                       first,   (std::min)(strip_, width_ - first)};
-            if (part == 0) work.top();
-            else if (part == 1) work.bottom();
-            else work.blocks((part - 2) * run_);
-        });
-        Outcome outcome{};
-        for (int worker = 0; worker < workers; ++worker) outcome.work += all.work[worker];
-        return outcome;
+        const auto run_task = [&](Work& work, const Memory& all, int task, int worker) {
+            const int first = task % strips_ * strip_, part = task / strips_;
+            Task<Source, Consume> strip{*this,
+                                        source,
+                                        consume,
+                                        work,
+                                        all.of(worker, *this),
+                                        first,
+                                        (std::min)(strip_, width_ - first)};
+            if (part == 0) strip.top();
+            else if (part == 1) strip.bottom();
+            else strip.blocks((part - 2) * run_);
+        };
+        return run_tasks(strips_ * (runs_ + 2), layout(), run_task, scratch, executor);
     }
 
 private:
@@ -90,23 +78,20 @@ private:
 
     /// One worker's memory.
     struct Memory {
-        Accumulator* reciprocal;  ///< 1 / n, shared
-        Work* work;
         Distance* samples;  ///< a decoded row and what its windows reach, 0 = background
         Row suffix;         ///< of the block of a row in hand
-        Row ring;           ///< k rows of parts; row y lies in slot y % k
+        Row ring;           ///< rows of parts; row y lies in slot y % slots_
         Columns columns;
         Row result;
 
         [[nodiscard]] Memory of(int worker, const BlockMoments& filter) const
         {
             const auto strip = static_cast<std::ptrdiff_t>(filter.strip_);
-            const auto window = static_cast<std::ptrdiff_t>(filter.window_);
+            const auto slots = static_cast<std::ptrdiff_t>(filter.slots_);
             Memory mine = *this;
-            mine.work += worker;
             mine.samples += worker * filter.sample_count();
-            mine.suffix = suffix.row(worker, filter.window_);
-            mine.ring = ring.row(worker * window, filter.strip_);
+            mine.suffix = suffix.row(worker, filter.suffix_count());
+            mine.ring = ring.row(worker * slots, filter.strip_);
             mine.columns = {columns.pivot.row(worker, filter.strip_), columns.sum + worker * strip,
                             columns.squares + worker * strip};
             mine.result = result.row(worker, filter.strip_);
@@ -116,20 +101,19 @@ private:
 
     [[nodiscard]] std::ptrdiff_t sample_count() const
     {
-        return static_cast<std::ptrdiff_t>(strip_) + 2 * window_;
+        return (std::min)(width_, strip_ + 2 * window_);
     }
-    [[nodiscard]] Memory memory(ScratchLayout& layout, int workers) const
+    [[nodiscard]] int suffix_count() const { return (std::min)(window_, width_); }
+    [[nodiscard]] auto layout() const
     {
-        const auto all = static_cast<std::size_t>(workers);
-        const auto window = static_cast<std::size_t>(window_);
-        const auto strip = static_cast<std::size_t>(strip_);
-        return {layout.take<Accumulator>(window + 1),
-                layout.take<Work>(all),
-                layout.take<Distance>(all * static_cast<std::size_t>(sample_count())),
-                Row::take(layout, all * window),
-                Row::take(layout, all * window * strip),
-                Columns::take(layout, all * strip),
-                Row::take(layout, all * strip)};
+        return [this](ScratchLayout& block, std::size_t workers) -> Memory {
+            const auto slots = static_cast<std::size_t>(slots_);
+            const auto strip = static_cast<std::size_t>(strip_);
+            return {block.take<Distance>(workers * static_cast<std::size_t>(sample_count())),
+                    Row::take(block, workers * static_cast<std::size_t>(suffix_count())),
+                    Row::take(block, workers * slots * strip),
+                    Columns::take(block, workers * strip), Row::take(block, workers * strip)};
+        };
     }
 
     template <class Source, class Consume>
@@ -137,13 +121,14 @@ private:
         const BlockMoments& filter;
         const Source& source;
         const Consume& consume;
+        Work& work;
         Memory memory;
         int first;  ///< column
         int width;  ///< columns
 
         [[nodiscard]] Row slot(int y) const
         {
-            return memory.ring.row(y % filter.window_, filter.strip_);
+            return memory.ring.row(y % filter.slots_, filter.strip_);
         }
 
         /// Windows that begin at row 0.
@@ -182,7 +167,7 @@ private:
         {
             Row row = memory.result;
             row.distance = slot(y).distance;
-            consume(*memory.work, y, first, width, row);
+            consume(work, y, first, width, row);
         }
 
         /// Full windows that begin in one of the blocks from `block` on.
@@ -243,11 +228,6 @@ private:
                 memory.samples[x - from] = surface_distance(source, x, y);
             for (int i = 0; i < width; ++i) out.distance[i] = memory.samples[first + i - from];
         }
-        [[nodiscard]] Part<Distance, Accumulator> finish(
-            const PivotSums<Distance, Accumulator>& sums) const
-        {
-            return sums.part(memory.reciprocal[sums.count]);
-        }
         void prefix_windows(int end, const Row& out)
         {
             PivotSums<Distance, Accumulator> sums;
@@ -255,7 +235,7 @@ private:
             for (int x = 0; x < end; ++x) {
                 const Span columns = window_span(x, filter.radius_, filter.width_, filter.border_);
                 for (; added <= columns.last; ++added) sums.add(memory.samples[added]);
-                if (x >= first) out.set(x - first, finish(sums));
+                if (x >= first) out.set(x - first, sums.part());
             }
         }
         /// These begin left of what the strip has decoded when the strip is narrow: read the source.
@@ -267,7 +247,7 @@ private:
                 const Span columns = window_span(x, filter.radius_, filter.width_, filter.border_);
                 for (; added >= columns.first; --added)
                     sums.add(surface_distance(source, added, y));
-                if (x < first + width) out.set(x - first, finish(sums));
+                if (x < first + width) out.set(x - first, sums.part());
             }
         }
         /// Windows that begin at start … last − 1, all in the block of k samples from `block` on.
@@ -276,14 +256,14 @@ private:
             PivotSums<Distance, Accumulator> suffix, prefix;
             for (int s = block + filter.window_ - 1; s >= start; --s) {
                 suffix.add(memory.samples[s - from]);
-                if (s < last) memory.suffix.set(s - block, finish(suffix));
+                if (s < last) memory.suffix.set(s - block, suffix.part());
             }
             const int next = block + filter.window_;
             for (int s = next; s < start + filter.window_; ++s)
                 prefix.add(memory.samples[s - from]);
             for (int s = start; s < last; ++s) {
                 out.set(s + filter.radius_ - first,
-                        merge(memory.suffix.part(s - block), finish(prefix)));
+                        merge(memory.suffix.part(s - block), prefix.part()));
                 if (s + 1 < last) prefix.add(memory.samples[s + filter.window_ - from]);
             }
         }
@@ -292,6 +272,7 @@ private:
     int width_, height_, window_, radius_;
     Border border_;
     Axis across_, down_;
+    int slots_;  ///< rows that a task keeps: those of a window, or all there are
     int strip_, strips_, run_, runs_;
 };
 

@@ -41,10 +41,10 @@ struct PivotSums {
         squares += difference * difference;
     }
     /// The pivot lies among the samples, so (mean − pivot)² ≤ (n − 1) σ² (Samuelson) and the
-    /// subtraction loses at most a factor n. `reciprocal` is 1 / count.
-    [[nodiscard]] Part<Distance, Accumulator> part(Accumulator reciprocal) const
+    /// subtraction loses at most a factor n.
+    [[nodiscard]] Part<Distance, Accumulator> part() const
     {
-        const Accumulator offset = sum * reciprocal;
+        const Accumulator offset = sum / static_cast<Accumulator>(count > 0 ? count : 1);
         const Accumulator m2 = squares - sum * offset;
         return {count, pivot, offset, m2 > 0 ? m2 : Accumulator{0}};
     }

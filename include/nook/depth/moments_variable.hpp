@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <nook/checks.hpp>
 #include <nook/depth/moments_direct.hpp>
 #include <nook/depth/source.hpp>
 #include <nook/depth/window.hpp>
 #include <nook/outcome.hpp>
 #include <nook/scratch.hpp>
+#include <nook/tasks.hpp>
 
 namespace nook::inline NOOK_TARGET::detail {
 
@@ -36,17 +36,14 @@ public:
     VariableMoments(int width, int height, WindowRadius largest, Border border)
         : width_{width}, height_{height}, border_{border}, largest_{(std::min)(largest.x, width),
                                                                     (std::min)(largest.y, height)},
-          tiles_across_{width > 0 ? (width - 1) / tile + 1 : 0},
-          tiles_down_{height > 0 ? (height - 1) / tile + 1 : 0},
+          tiles_across_{pieces(width, tile)}, tiles_down_{pieces(height, tile)},
           table_width_{(std::min)(width, tile + 2 * largest_.x) + 1},
           table_height_{(std::min)(height, tile + 2 * largest_.y) + 1}
     {}
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
     {
-        ScratchLayout layout;
-        static_cast<void>(memory(layout, workers));
-        return layout.size();
+        return task_scratch_size(layout(), workers);
     }
 
     /// radius(distance) gives a pixel's window; slack(distance) a variance that the caller will add;
@@ -57,18 +54,10 @@ public:
     Outcome run(const Source& source, const Radius& radius, const Slack& slack,
                 const Wanted& wanted, const Consume& consume, S&& scratch, E&& executor) const
     {
-        const int workers = static_cast<int>(executor.concurrency());
-        const std::size_t size = scratch_size(workers);
-        void* const block = scratch.reserve(size);
-        if (block == nullptr) return {check_scratch<S>(size)};
-        ScratchLayout layout{block};
-        const Memory all = memory(layout, workers);
-        for (int worker = 0; worker < workers; ++worker) all.work[worker] = {};
-        executor.for_each(tiles_across_ * tiles_down_, [&](int task, int worker) {
+        const auto run_tile = [&](Work& work, const Memory& all, int task, int worker) {
             const Span columns = tile_span(task % tiles_across_, width_);
             const Span rows = tile_span(task / tiles_across_, height_);
             const Table table = make_table(all, worker, source, columns, rows, radius, wanted);
-            Work& work = all.work[worker];
             for (int y = rows.first; y <= rows.last; ++y)
                 for (int x = columns.first; x <= columns.last; ++x) {
                     const Distance distance = surface_distance(source, x, y);
@@ -84,15 +73,12 @@ public:
                     }
                     consume(work, x, y, distance, moments);
                 }
-        });
-        Outcome outcome{};
-        for (int worker = 0; worker < workers; ++worker) outcome.work += all.work[worker];
-        return outcome;
+        };
+        return run_tasks(tiles_across_ * tiles_down_, layout(), run_tile, scratch, executor);
     }
 
 private:
     struct Memory {
-        Work* work;
         std::int32_t* count;
         double* sum;
         double* squares;
@@ -101,12 +87,13 @@ private:
     {
         return std::ptrdiff_t{table_width_} * table_height_;
     }
-    [[nodiscard]] Memory memory(ScratchLayout& layout, int workers) const
+    [[nodiscard]] auto layout() const
     {
-        const auto all = static_cast<std::size_t>(workers);
-        const std::size_t size = all * static_cast<std::size_t>(table_size());
-        return {layout.take<Work>(all), layout.take<std::int32_t>(size), layout.take<double>(size),
-                layout.take<double>(size)};
+        return [this](ScratchLayout& block, std::size_t workers) -> Memory {
+            const std::size_t size = workers * static_cast<std::size_t>(table_size());
+            return {block.take<std::int32_t>(size), block.take<double>(size),
+                    block.take<double>(size)};
+        };
     }
     [[nodiscard]] static Span tile_span(int index, int size)
     {

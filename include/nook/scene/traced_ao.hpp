@@ -19,6 +19,7 @@
 #include <nook/scene/hemisphere.hpp>
 #include <nook/scene/sampling.hpp>
 #include <nook/scratch.hpp>
+#include <nook/tasks.hpp>
 #include <nook/work_map.hpp>
 
 namespace nook {
@@ -158,9 +159,7 @@ inline double traced_visibility(const Bvh& bvh, const glm::dvec3& point, const g
 
 inline std::size_t traced_ao_scratch_size(int workers)
 {
-    detail::ScratchLayout layout;
-    static_cast<void>(layout.take<Work>(static_cast<std::size_t>(workers)));
-    return layout.size();
+    return detail::task_scratch_size(detail::NoMemory{}, workers);
 }
 
 template <DepthInput Depth, class V, ScratchSource S, Executor E>
@@ -191,12 +190,6 @@ Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const flo
     if ((error = detail::check_frame(frame))) return outcome;
     if ((error = detail::check_work_map(work_map, width, height))) return outcome;
     if (source.image.empty()) return outcome;
-    const int workers = static_cast<int>(executor.concurrency());
-    const std::size_t size = traced_ao_scratch_size(workers);
-    void* const block = scratch.reserve(size);
-    if (block == nullptr) return {detail::check_scratch<S>(size)};
-    Work* const counts = detail::ScratchLayout{block}.take<Work>(static_cast<std::size_t>(workers));
-    for (int worker = 0; worker < workers; ++worker) counts[worker] = {};
 
     const detail::Frame axes{frame};
     const bool nothing = bvh.triangle_count() == 0 || options.radius == 0;
@@ -215,8 +208,7 @@ Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const flo
             hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)));
     };
     constexpr int band = 4;
-    executor.for_each((height - 1) / band + 1, [&](int task, int worker) {
-        Work& work = counts[worker];
+    const auto trace_band = [&](Work& work, int, int task, int) {
         for (int y = task * band; y < (std::min)(task * band + band, height); ++y) {
             for (int x = 0; x < width; ++x) {
                 visibility(x, y) = 1;
@@ -236,8 +228,10 @@ Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const flo
                 }
             }
         }
-    });
-    for (int worker = 0; worker < workers; ++worker) outcome.work += counts[worker];
+    };
+    outcome = detail::run_tasks(detail::pieces(height, band), detail::NoMemory{}, trace_band,
+                                scratch, executor);
+    if (!outcome) return outcome;
     outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     outcome.work.passes = 1;
     return outcome;
