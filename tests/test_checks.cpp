@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -188,12 +189,34 @@ TEST_SUITE("checks")
     TEST_CASE("a work map has a group for every 16 pixels")
     {
         std::uint8_t groups[4] = {};
-        CHECK_FALSE(detail::check_work_map({}, 100, 100));
-        CHECK_FALSE(detail::check_work_map({{groups, 2, 2}}, 17, 2));
-        CHECK(detail::check_work_map({{groups, 2, 2}}, 16, 2).argument ==
-              std::string{"work_map.active"});
-        CHECK(detail::check_work_map({{groups, 2, 2}}, 33, 2).code == ErrorCode::bad_size);
-        CHECK(detail::check_work_map({{groups, 2, 2}}, 32, 1).value == 2);
+        const auto check = [](const ImageView<const std::uint8_t>& active, int width, int height) {
+            std::vector<float> data(static_cast<std::size_t>(width * height));
+            return detail::check_work_map({active}, ImageView<float>{data.data(), width, height});
+        };
+        CHECK_FALSE(check({}, 100, 100));
+        CHECK_FALSE(check({groups, 2, 2}, 17, 2));
+        CHECK(check({groups, 2, 2}, 16, 2).argument == std::string{"work_map.active"});
+        CHECK(check({groups, 2, 2}, 33, 2).code == ErrorCode::bad_size);
+        CHECK(check({groups, 2, 2}, 32, 1).value == 2);
+        CHECK(check({groups, -1, 2}, 32, 2).code == ErrorCode::bad_size);
+        // A size without data is a mistake; no size is the empty map.
+        for (const auto& [width, height] : {std::pair{2, 2}, {1, 1}}) {
+            const auto null = check({nullptr, width, height}, 32, 2);
+            CHECK(null.code == ErrorCode::null_data);
+            CHECK(null.argument == std::string{"work_map.active"});
+        }
+        CHECK_FALSE(check({nullptr, 0, 2}, 32, 2));
+    }
+
+    TEST_CASE("a work map in the memory of the output is refused")
+    {
+        std::vector<float> data(64 + 1);
+        const ImageView<float> output{data.data(), 32, 2};
+        auto* const bytes = reinterpret_cast<std::uint8_t*>(data.data());
+        const auto shared = detail::check_work_map({{bytes + 255, 2, 2}}, output);
+        CHECK(shared.code == ErrorCode::overlap);
+        CHECK(shared.argument == std::string{"work_map.active"});
+        CHECK_FALSE(detail::check_work_map({{bytes + 256, 2, 2}}, output));
     }
 
     TEST_CASE("an option below its least value, infinite or NaN is refused")

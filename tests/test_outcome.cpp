@@ -65,6 +65,26 @@ TEST_SUITE("outcome")
             CHECK(std::strtod(value_text(value).c_str(), nullptr) == value);
     }
 
+    TEST_CASE("whole numbers have no exponent below 1e15")
+    {
+        const auto value_text = [](double value) {
+            const std::string text = text_of({nook::ErrorCode::bad_value, "v", value, "a"});
+            return text.substr(5, text.find(';') - 5);
+        };
+        CHECK(value_text(0) == "0");
+        CHECK(value_text(32769) == "32769");
+        CHECK(value_text(100000) == "100000");
+        CHECK(value_text(-100000) == "-100000");
+        CHECK(value_text(2147483648.0) == "2147483648");
+        CHECK(value_text(1e14) == "100000000000000");
+        CHECK(value_text(999999999999999) == "999999999999999");
+        // Longer ones and fractions stay short.
+        CHECK(value_text(1e15) == "1e+15");
+        CHECK(value_text(1e300) == "1e+300");
+        CHECK(value_text(1e-7) == "1e-07");
+        CHECK(value_text(100000.5) == "100000.5");
+    }
+
     TEST_CASE("the text is cut to any capacity and always ends with a zero")
     {
         const std::string whole = text_of(even_window);
@@ -104,13 +124,14 @@ TEST_SUITE("outcome")
 
     TEST_CASE("work adds up field by field")
     {
-        nook::Work work{1, 2, 3, 4, 5, 6};
-        work += {10, 20, 30, 40, 50, 60};
+        nook::Work work{1, 2, 3, 4, 5, 6, 7};
+        work += {10, 20, 30, 40, 50, 60, 70};
         CHECK(work.pixels == 11);
         CHECK(work.background == 22);
         CHECK(work.skipped == 33);
         CHECK(work.samples == 44);
         CHECK(work.rays == 55);
-        CHECK(work.passes == 66);
+        CHECK(work.skipped_rays == 66);
+        CHECK(work.passes == 77);
     }
 }

@@ -17,6 +17,16 @@ TEST_SUITE("work_map")
         CHECK(map.exact);
     }
 
+    TEST_CASE("a map without groups is empty, one without data is not")
+    {
+        const std::uint8_t group = 0;
+        CHECK(nook::WorkMap{.active = {&group, 0, 5}}.everything());
+        CHECK(nook::WorkMap{.active = {&group, 5, 0}}.everything());
+        CHECK_FALSE(nook::WorkMap{.active = {&group, 1, 1}}.everything());
+        // Which kernels refuse, see checks.hpp.
+        CHECK_FALSE(nook::WorkMap{.active = {nullptr, 1, 1}}.everything());
+    }
+
     TEST_CASE("a row has one group per 16 pixels, the last one cut")
     {
         CHECK(nook::WorkMap::groups(0) == 0);

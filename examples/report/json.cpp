@@ -55,7 +55,7 @@ void append_results(Json& results, const SceneReport::Row& row)
                                  {"p90", timing.p90},
                                  {"rounds", timing.rounds}};
         entry["error"] = error;
-        entry["skipped"] = {{"pixels", row.work.skipped}, {"rays", 0}};
+        entry["skipped"] = {{"pixels", row.work.skipped}, {"rays", row.work.skipped_rays}};
         entry["samples"] = row.work.samples;
         results.push_back(entry);
     }
@@ -85,7 +85,8 @@ Json json_of(const std::vector<SceneReport>& scenes, const Options& options)
                               {"seconds", scene.reference_seconds},
                               {"standard_error", scene.standard_error},
                               {"build_seconds", scene.build_seconds},
-                              {"rays_traced", scene.rays_traced}};
+                              {"rays_traced", scene.rays_traced},
+                              {"rays_skipped", scene.rays_skipped}};
         entry["results"] = Json::array();
         for (const SceneReport::Row& row : scene.rows) append_results(entry["results"], row);
         entry["range_checks"] = metrics(scene.range_checks);

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "../scenes/scenes.hpp"
@@ -24,10 +25,14 @@ namespace report {
 
 namespace {
 
-/// A scene, and how many triangles of its file were no good.
+/// What is written beside the folders of the scenes.
+constexpr const char* json_name = "report.json";
+
+/// A scene, and what is not part of it.
 struct Subject {
     scenes::Scene scene;
-    std::size_t dropped = 0;
+    std::size_t dropped = 0;  ///< triangles of its file that were no good
+    bool figures = false;     ///< figures 2 and 4 are drawn too
 };
 
 /// A name for a folder out of the name of a file: letters, digits, dots, dashes and underscores.
@@ -57,7 +62,8 @@ Subject load(const std::string& file, const Options& options)
     return subject;
 }
 
-/// Everything is read, and every scene has a name of its own, before the first file is written.
+/// Everything is read, every scene has a name of its own, and every camera has been checked, before
+/// the first file is written.
 std::vector<Subject> subjects_of(const Options& options)
 {
     std::vector<Subject> subjects;
@@ -65,18 +71,36 @@ std::vector<Subject> subjects_of(const Options& options)
     for (const scenes::Entry& entry : scenes::all()) {
         bool wanted = options.meshes.empty() && options.scenes.empty();
         for (const std::string& name : options.scenes) wanted = wanted || name == entry.name;
-        if (wanted) subjects.push_back({entry.make()});
+        if (wanted) subjects.push_back({entry.make(), 0, entry.figures});
     }
     for (std::size_t i = 0; i < subjects.size(); ++i) {
-        const std::string name = subjects[i].scene.name;
-        int number = 1;
-        for (std::size_t j = 0; j < i; ++j)
-            if (subjects[j].scene.name == subjects[i].scene.name) {
-                subjects[i].scene.name = name + '-' + std::to_string(++number);
-                j = std::size_t(-1);
-            }
+        scenes::Scene& scene = subjects[i].scene;
+        const auto taken = [&](const std::string& name) {
+            bool found = name == json_name;
+            for (std::size_t j = 0; j < i; ++j) found = found || name == subjects[j].scene.name;
+            return found;
+        };
+        const std::string name = scene.name;
+        for (int number = 2; taken(scene.name); ++number)
+            scene.name = name + '-' + std::to_string(number);
+        scene.camera = checked_camera(scene, options);
     }
     return subjects;
+}
+
+/// Refuses what stands in the way of folders and files before there are results to lose.
+void check_output(const Options& options, const std::vector<Subject>& subjects)
+{
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    const fs::path json = options.folder / json_name;
+    if (fs::is_directory(json, ignored)) throw support::Failure{json.string() + ": is a folder"};
+    for (const Subject& subject : subjects) {
+        const fs::path folder = options.folder / subject.scene.name;
+        const fs::file_status status = fs::status(folder, ignored);
+        if (fs::exists(status) && !fs::is_directory(status))
+            throw support::Failure{folder.string() + ": is not a folder"};
+    }
 }
 
 SceneReport run(const Subject& subject, const Options& options, nook::ThreadExecutor& threads,
@@ -94,7 +118,7 @@ SceneReport run(const Subject& subject, const Options& options, nook::ThreadExec
     const std::filesystem::path folder = options.folder / scene.name;
     support::prepare_folder(folder);
     write_pictures(folder, scene, view, reference, results);
-    if (scene.name == "bowl") write_figures(folder, view, radius, threads);
+    if (subject.figures) write_figures(folder, view, radius, threads);
 
     SceneReport summary;
     summary.name = scene.name;
@@ -111,6 +135,7 @@ SceneReport run(const Subject& subject, const Options& options, nook::ThreadExec
     summary.build_seconds = reference.build_seconds;
     summary.standard_error = reference.standard_error;
     summary.rays_traced = reference.rays_traced;
+    summary.rays_skipped = reference.rays_skipped;
     const Result *separable = nullptr, *exact = nullptr;
     for (const Result& result : results) {
         summary.rows.push_back({result.kernel.name, result.kernel.brief, result.kernel.parameters,
@@ -127,8 +152,9 @@ SceneReport run(const Subject& subject, const Options& options, nook::ThreadExec
 void run_all(const Options& options)
 {
     const std::vector<Subject> subjects = subjects_of(options);
-    support::prepare_folder(options.folder);
+    check_output(options, subjects);
     nook::ThreadExecutor threads{options.threads};
+    support::prepare_folder(options.folder);
     std::vector<SceneReport> reports;
     {
         Progress progress;
@@ -137,8 +163,7 @@ void run_all(const Options& options)
             reports.push_back(run(subjects[i], options, threads, progress));
         }
     }
-    const std::filesystem::path json = options.folder / "report.json";
-    support::write_file(json, json_of(reports, options).dump(2) + '\n');
+    support::write_file(options.folder / json_name, json_of(reports, options).dump(2) + '\n');
     print_table(std::cout, reports);
     std::cout << "pictures and report.json: " << options.folder.string() << '\n';
     if (!std::cout.flush()) throw support::Failure{"the table cannot be written to stdout"};

@@ -18,6 +18,7 @@
 #include "../scenes/scenes.hpp"
 #include "../support/failure.hpp"
 #include "checked.hpp"
+#include "view.hpp"
 
 namespace report {
 
@@ -146,8 +147,11 @@ bool read_options(int argc, const char* const* argv, Options& options)
     app.add_flag("--ortho", options.orthographic,
                  "Orthographic view that shows as much at the target");
     app.add_option("--radius", radius,
-                   "How far occlusion reaches, in world units; windows are its projection\n"
-                   "[5 % of the scene's diagonal; terrain 60]")
+                   "How far occlusion reaches, in world units\n"
+                   "[5 % of the scene's diagonal; terrain 60]. The default window is its\n"
+                   "projection to both sides at the scene's median depth: odd, at most " +
+                       std::to_string(largest_window) +
+                       "\npixels. The same maximum holds for windows that follow 1/depth")
         ->type_name("R");
     app.add_option("--rays", rays,
                    "Directions per pixel of the reference, from 2; rounded up to an even number")
@@ -156,7 +160,9 @@ bool read_options(int argc, const char* const* argv, Options& options)
     app.add_option("--threads", threads, "Threads; kernels are timed with 1 and with this many")
         ->type_name("N")
         ->capture_default_str();
-    app.add_option("--out", folder, "Folder for pictures and report.json")
+    app.add_option("--out", folder,
+                   "Folder for pictures and report.json; files of an earlier run are\n"
+                   "replaced, never deleted")
         ->type_name("DIR")
         ->capture_default_str();
     app.add_flag("--list", list, "List the built-in scenes");

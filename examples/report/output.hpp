@@ -23,7 +23,7 @@ struct SceneReport {
 
     int rays = 0;
     double radius = 0, reference_seconds = 0, build_seconds = 0, standard_error = 0;
-    std::uint64_t rays_traced = 0;
+    std::uint64_t rays_traced = 0, rays_skipped = 0;
 
     struct Row {
         std::string kernel, brief;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string>
 
 #include <glm/geometric.hpp>
@@ -171,7 +172,7 @@ void write_figures(const std::filesystem::path& folder, const View& view, double
     plain.bias = 0;
     plain.clamp = false;
     nook::ChebyshevOptions biased = plain;
-    const double bias = 0.01 * radius * radius;
+    const double bias = (std::min)(0.01 * radius * radius, 1e300);
     biased.bias = bias;
     nook::ChebyshevOptions clamped = biased;
     clamped.clamp = true;
@@ -180,12 +181,13 @@ void write_figures(const std::filesystem::path& folder, const View& view, double
                                       {"equation 2, no bias", text("equation 2, bias %.2g", bias),
                                        "equation 3: with the clamp"}));
 
+    using limits = std::numeric_limits<double>;
     nook::ChebyshevOptions ranged;
     ranged.window = plain.window;
     std::vector<Picture> pictures{run(ranged)};
     std::vector<std::string> captions{"no range check"};
     for (const double factor : {4.0, 1.0, 0.25}) {
-        ranged.range = factor * radius;
+        ranged.range = std::clamp(factor * radius, limits::denorm_min(), (limits::max)());
         pictures.push_back(run(ranged));
         captions.push_back(text("range %.3g", *ranged.range));
     }

@@ -68,6 +68,7 @@ Reference trace(const scenes::Scene& scene, const View& view, double radius, int
                                     Watched{threads, progress, 0.5 * half, 0.5 * half + 0.5}),
                     "traced_ao");
         reference.rays_traced += work.rays;
+        reference.rays_skipped += work.skipped_rays;
     }
     reference.seconds = seconds_since(start);
 

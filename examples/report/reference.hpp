@@ -20,7 +20,7 @@ struct Reference {
     double build_seconds = 0;  ///< of building the hierarchy
     /// Of `visibility`: RMS(half − other half) / 2 over the surface pixels.
     double standard_error = 0;
-    std::uint64_t rays_traced = 0;
+    std::uint64_t rays_traced = 0, rays_skipped = 0;  ///< of both halves
     std::size_t dropped = 0;  ///< triangles without area or with vertices that are not finite
 };
 

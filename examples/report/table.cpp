@@ -35,8 +35,13 @@ void print_table(std::ostream& out, const std::vector<SceneReport>& scenes)
                     scene.orthographic ? " orthographic" : "", 100 * scene.background_share);
         out << line(
             "  reference: traced, %d rays per pixel, radius %.4g, %.2f s, standard error "
-            "%.4f\n",
+            "%.4f",
             scene.rays, scene.radius, scene.reference_seconds, scene.standard_error);
+        if (scene.rays_skipped > 0)
+            out << line(", %.0f %% of rays skipped",
+                        100 * double(scene.rays_skipped) /
+                            (double(scene.rays_skipped) + double(scene.rays_traced)));
+        out << '\n';
 
         std::size_t briefs = 10;
         std::vector<int> threads;

@@ -14,7 +14,6 @@ namespace report {
 
 namespace {
 
-/// The camera that the options ask for.
 nook::Camera chosen_camera(const scenes::Scene& scene, const Options& options)
 {
     nook::Camera camera = options.camera.value_or(scene.camera);
@@ -32,13 +31,25 @@ nook::Camera chosen_camera(const scenes::Scene& scene, const Options& options)
 
 }  // namespace
 
+nook::Camera checked_camera(const scenes::Scene& scene, const Options& options)
+{
+    const nook::Camera camera = chosen_camera(scene, options);
+    nook::Error error = nook::check_camera(camera);
+    // Sound numbers may still overflow in pixels: the rasteriser knows, and has nothing to draw here.
+    if (!error)
+        error = nook::rasterise({}, nook::view_frame(camera),
+                                nook::projection(camera, options.width, options.height),
+                                nook::GBuffer{})
+                    .error;
+    if (error) throw support::Failure{scene.name + ": " + text_of(error)};
+    return camera;
+}
+
 View draw(const scenes::Scene& scene, const Options& options, nook::ThreadExecutor& threads)
 {
     const int width = options.width, height = options.height;
     View view;
-    view.camera = chosen_camera(scene, options);
-    if (const nook::Error error = nook::check_camera(view.camera))
-        throw support::Failure{scene.name + ": " + text_of(error)};
+    view.camera = scene.camera;
     view.projection = nook::projection(view.camera, width, height);
     view.frame = nook::view_frame(view.camera);
     view.depth = {width, height};

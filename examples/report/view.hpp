@@ -35,7 +35,10 @@ struct View {
     }
 };
 
-/// Draws the scene as the options ask.
+/// The camera that the options ask for. Throws Failure when the scene cannot be drawn with it.
+[[nodiscard]] nook::Camera checked_camera(const scenes::Scene& scene, const Options& options);
+
+/// Draws the scene with its own camera, in the size that the options ask for.
 [[nodiscard]] View draw(const scenes::Scene& scene, const Options& options,
                         nook::ThreadExecutor& threads);
 

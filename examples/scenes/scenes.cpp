@@ -14,7 +14,7 @@ Scene empty()
 std::span<const Entry> all()
 {
     static constexpr Entry entries[] = {
-        {"bowl", "a bowl on a table", [] { return bowl(); }},
+        {"bowl", "a bowl on a table", [] { return bowl(); }, true},
         {"boxes", "boxes, thrown about and stacked", [] { return boxes(); }},
         {"stairs", "two flights of stairs in a corner", [] { return stairs(); }},
         {"chains", "chains between thin pillars", [] { return chains(); }},

@@ -59,6 +59,8 @@ struct Entry {
     const char* name;
     const char* what;
     Scene (*make)();
+    /// It is shown in figures 2 and 4 of Chan & Im 2021.
+    bool figures = false;
 };
 [[nodiscard]] std::span<const Entry> all();
 

@@ -31,10 +31,17 @@ fs::path temporary_beside(const fs::path& path)
 
 }  // namespace
 
-std::string read_file(const fs::path& path)
+std::string read_file(const fs::path& path, std::uintmax_t largest)
 {
+    // What is missing or out of reach is left to the opening, which knows the reason.
     std::error_code ignored;
-    if (fs::is_directory(path, ignored)) throw Failure{path.string() + ": is a folder"};
+    const fs::file_status status = fs::status(path, ignored);
+    if (fs::is_directory(status)) throw Failure{path.string() + ": is a folder"};
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        throw Failure{path.string() + ": is not a regular file"};
+    const std::uintmax_t size = fs::file_size(path, ignored);
+    if (!ignored && size > largest)
+        throw Failure{path.string() + ": is larger than " + std::to_string(largest) + " bytes"};
     errno = 0;
     std::ifstream file{path, std::ios::binary};
     if (!file) throw Failure{path.string() + ": cannot be opened: " + reason()};

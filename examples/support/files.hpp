@@ -1,13 +1,16 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace support {
 
-/// The whole file. Throws Failure when it is missing, a directory, or cannot be read.
-[[nodiscard]] std::string read_file(const std::filesystem::path& path);
+/// The whole file. Throws Failure when it is missing, cannot be read, holds more than `largest` bytes,
+/// or is not a regular file: a folder, a device, a pipe.
+[[nodiscard]] std::string read_file(const std::filesystem::path& path,
+                                    std::uintmax_t largest = std::uintmax_t{1} << 32);
 
 /// Writes the file under a temporary name beside it and renames it, so that a reader finds the old
 /// file or the new one and never half of either. Throws Failure and leaves nothing behind when the

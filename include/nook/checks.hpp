@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -95,29 +96,37 @@ template <class T, class U>
     };
     const Extent in = extent(input), out = extent(output);
     if (in.last <= out.first || out.last <= in.first) return {};
+    // Channels of one buffer: equal strides, elements side by side within a pixel, rows apart.
     constexpr std::ptrdiff_t in_bytes = sizeof(T), out_bytes = sizeof(U);
-    const std::ptrdiff_t pixel = input.pixel_stride * in_bytes;
-    if (pixel == output.pixel_stride * out_bytes &&
-        input.row_stride * in_bytes == output.row_stride * out_bytes && pixel != 0 &&
-        input.row_stride * in_bytes % pixel == 0) {
-        const std::ptrdiff_t step = magnitude(pixel);
-        const std::ptrdiff_t offset = (((out.first - in.first) % step) + step) % step;
-        if (offset >= in_bytes && offset + out_bytes <= step) return {};
+    const std::ptrdiff_t pixel = input.pixel_stride * in_bytes, row = input.row_stride * in_bytes;
+    if (pixel == output.pixel_stride * out_bytes && row == output.row_stride * out_bytes) {
+        const std::ptrdiff_t offset = reinterpret_cast<std::intptr_t>(output.data) -
+                                      reinterpret_cast<std::intptr_t>(input.data);
+        const std::ptrdiff_t step = magnitude(pixel), reach = magnitude(offset);
+        const std::ptrdiff_t before = offset > 0 ? in_bytes : out_bytes;
+        const std::ptrdiff_t after = offset > 0 ? out_bytes : in_bytes;
+        const bool beside = reach >= before && (input.width == 1 || reach + after <= step);
+        const bool rows_apart =
+            input.height == 1 ||
+            magnitude(row) >= step * (input.width - 1) + reach + (std::max)(before, after);
+        if (beside && rows_apart) return {};
     }
     return {ErrorCode::overlap, name, 0, "memory apart from every input"};
 }
 
-/// A work map is empty or has a group for every 16 pixels.
-[[nodiscard]] inline Error check_work_map(const WorkMap& map, int width, int height)
+/// A work map is empty or has a group for every 16 pixels of the output, and shares nothing with it.
+template <class T>
+[[nodiscard]] Error check_work_map(const WorkMap& map, const ImageView<T>& output)
 {
+    if (const Error error = check_input(map.active, "work_map.active")) return error;
     if (map.everything()) return {};
-    if (map.active.width != WorkMap::groups(width))
+    if (map.active.width != WorkMap::groups(output.width))
         return {ErrorCode::bad_size, "work_map.active", double(map.active.width),
                 "a width of (width + 15) / 16 groups"};
-    if (map.active.height != height)
+    if (map.active.height != output.height)
         return {ErrorCode::bad_size, "work_map.active", double(map.active.height),
                 "the height of the input"};
-    return {};
+    return check_apart(map.active, output, "work_map.active");
 }
 
 /// What a call says that got no scratch of `size` bytes.

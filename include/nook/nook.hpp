@@ -4,6 +4,7 @@
 #include <nook/checks.hpp>
 #include <nook/depth/cantelli.hpp>
 #include <nook/depth/chebyshev_ao.hpp>
+#include <nook/depth/encode_depths.hpp>
 #include <nook/depth/hardware_depth.hpp>
 #include <nook/depth/moments.hpp>
 #include <nook/depth/moments_block.hpp>
@@ -25,7 +26,6 @@
 #include <nook/scene/camera.hpp>
 #include <nook/scene/clip.hpp>
 #include <nook/scene/coverage.hpp>
-#include <nook/scene/encode_depths.hpp>
 #include <nook/scene/hemisphere.hpp>
 #include <nook/scene/memory.hpp>
 #include <nook/scene/mesh.hpp>

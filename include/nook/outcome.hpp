@@ -37,12 +37,13 @@ struct Error {
 
 /// What a call did and what it left out.
 struct Work {
-    std::uint64_t pixels = 0;      ///< pixels written
-    std::uint64_t background = 0;  ///< of these, pixels that hold no surface
-    std::uint64_t skipped = 0;     ///< of these, surface pixels that a work map spared
-    std::uint64_t samples = 0;     ///< samples read by kernels whose count depends on the input
-    std::uint64_t rays = 0;        ///< rays traced
-    std::uint64_t passes = 0;      ///< passes over the image
+    std::uint64_t pixels = 0;        ///< pixels written
+    std::uint64_t background = 0;    ///< of these, pixels that hold no surface
+    std::uint64_t skipped = 0;       ///< of these, surface pixels that a work map spared
+    std::uint64_t samples = 0;       ///< samples read by kernels whose count depends on the input
+    std::uint64_t rays = 0;          ///< rays traced
+    std::uint64_t skipped_rays = 0;  ///< rays spared, since nothing lies in their reach
+    std::uint64_t passes = 0;        ///< passes over the image
 
     NOOK_INLINE constexpr Work& operator+=(const Work& other)
     {
@@ -51,6 +52,7 @@ struct Work {
         skipped += other.skipped;
         samples += other.samples;
         rays += other.rays;
+        skipped_rays += other.skipped_rays;
         passes += other.passes;
         return *this;
     }
@@ -79,7 +81,12 @@ inline std::size_t describe(const Error& error, char* buffer, std::size_t capaci
         while (*text != '\0' && length + 1 < capacity) buffer[length++] = *text++;
     };
     char number[32] = {};
-    std::to_chars(number, number + sizeof number - 1, error.value);
+    // Whole numbers, such as sizes and indices, without an exponent.
+    const bool whole = error.value > -1e15 && error.value < 1e15 &&
+                       error.value == static_cast<double>(static_cast<std::int64_t>(error.value));
+    if (whole)
+        std::to_chars(number, number + sizeof number - 1, static_cast<std::int64_t>(error.value));
+    else std::to_chars(number, number + sizeof number - 1, error.value);
     if (!error) {
         append("no error");
     } else {

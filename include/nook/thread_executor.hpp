@@ -2,8 +2,10 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 #include <nook/target.hpp>
@@ -94,15 +96,15 @@ private:
 
     void work(int worker)
     {
-        for (int task; (task = next_.fetch_add(1, std::memory_order_relaxed)) < count_;)
-            task_(function_, task, worker);
+        for (std::int64_t task; (task = next_.fetch_add(1, std::memory_order_relaxed)) < count_;)
+            task_(function_, static_cast<int>(task), worker);
     }
 
     std::vector<std::thread> threads_;
     std::mutex mutex_;
     std::condition_variable wake_;
     std::condition_variable done_;
-    std::atomic<int> next_{0};
+    std::atomic<std::int64_t> next_{0};
     void (*task_)(void*, int, int) = nullptr;
     void* function_ = nullptr;
     int count_ = 0;

@@ -17,7 +17,7 @@ struct WorkMap {
     /// True when the planner has proved that the kernel would have given 1 in every inactive group.
     bool exact = true;
 
-    [[nodiscard]] NOOK_INLINE constexpr bool everything() const { return active.data == nullptr; }
+    [[nodiscard]] NOOK_INLINE constexpr bool everything() const { return active.empty(); }
     [[nodiscard]] NOOK_INLINE constexpr bool is_active(int x, int y) const
     {
         return everything() || active(x / group, y) != 0;

@@ -540,6 +540,12 @@ TEST_CASE("beside background planes darken; paired samples keep them at 1")
         const Image<float> ao = reference(image, plain(2 * r + 1), {.paired = true});
         for (const float value : ao) REQUIRE(value == 1);
     }
+    // A floor that runs to the horizon: half the window is sky, the other half lies far in front.
+    const Image<float> horizon =
+        make(40, 80, [](int, int y) { return y < 40 ? double{infinity} : 1 / (y - 39.99); });
+    const float edge = visibility(horizon, plain(31))(20, 40);
+    CHECK(edge < 0.55f);
+    CHECK(edge > 0.48f);
 }
 
 TEST_CASE("background is exactly 1, and one kind is like another")
@@ -620,10 +626,7 @@ TEST_CASE("a work map leaves the rest bit-identical, writes 1 elsewhere, and cou
             for (int x = 0; x < 150; ++x) {
                 const bool on = active(x / 16, y) != 0,
                            surface = nook::is_surface(image(x, y), largest);
-                if (on && radius == 0) REQUIRE(masked(x, y) == whole(x, y));
-                // Tables of partly inactive tiles reach less far.
-                else if (on) REQUIRE(std::fabs(masked(x, y) - whole(x, y)) <= 1e-5f);
-                else REQUIRE(masked(x, y) == 1);
+                REQUIRE(masked(x, y) == (on ? whole(x, y) : 1.f));
                 REQUIRE(std::fabs(masked(x, y) - slow(x, y)) <= 1e-5f);
                 background += !surface;
                 skipped += surface && !on;
@@ -634,6 +637,9 @@ TEST_CASE("a work map leaves the rest bit-identical, writes 1 elsewhere, and cou
             CHECK(work.pixels == 9000);
         }
     }
+    const nook::WorkMap missing{{nullptr, 10, 60}};
+    CHECK(nook::chebyshev_ao(image.view(), Image<float>{150, 60}.view(), {}, {}, missing)
+              .error.code == nook::ErrorCode::null_data);
     const Image<std::uint8_t> wrong{9, 60};
     Image<float> ao{150, 60};
     CHECK(nook::chebyshev_ao(image.view(), ao.view(), {}, {}, {wrong.view()}).error.code ==
@@ -718,6 +724,9 @@ TEST_CASE("bad arguments are named, and nothing is written")
     CHECK(nook::chebyshev_ao(ao.view(), ao.view()).error.code == nook::ErrorCode::overlap);
     CHECK(nook::chebyshev_ao(nook::ImageView<const float>{nullptr, 20, 10}, ao.view()).error.code ==
           nook::ErrorCode::null_data);
+    CHECK(nook::chebyshev_ao_scratch_size(image.view(), {.window = 2}) == 0);
+    CHECK(nook::chebyshev_ao_scratch_size(image.view(), {.radius = 1}) == 0);
+    CHECK(nook::chebyshev_ao_scratch_size(image.view(), {}, {}, 0) == 0);
     const nook::DepthSource bad_step{image.view(), nook::IdentityDecode{}, {nan, 0, 0}};
     CHECK(std::string{nook::chebyshev_ao(bad_step, ao.view()).error.argument} == "depth.step");
     CHECK(std::string{

@@ -264,13 +264,26 @@ TEST_CASE("one bad pixel changes nothing outside the windows that contain it")
     }
 }
 
-TEST_CASE("images of nothing but background are all zeros, and counted")
+TEST_CASE("images of nothing but background are all zeros")
 {
     for (const float value : {0.f, -3.f, infinity, not_a_number}) {
         const Image<float> image{20, 10, value};
         for (const Form form : forms) CHECK(run(form, image, 5) == Result{20, 10});
-        Result result{20, 10};
-        CHECK(nook::box_moments(image.view(), result.views(), {5}).work.background == 200);
+    }
+}
+
+TEST_CASE("all forms count alike")
+{
+    const Image<float> image =
+        make(20, 10, [](int x, int y) { return x < 3 && y < 2 ? infinity : 1.f; });
+    Result result{20, 10};
+    for (const nook::Outcome& outcome :
+         {nook::box_moments(image.view(), result.views(), {5}),
+          nook::box_moments_separable(image.view(), result.views(), {5}),
+          nook::box_moments_reference(image.view(), result.views(), {5})}) {
+        CHECK(outcome.work.pixels == 200);
+        CHECK(outcome.work.background == 6);
+        CHECK(outcome.work.passes == 1);
     }
 }
 
@@ -437,8 +450,20 @@ TEST_CASE("bad arguments are named, and nothing is written")
     check(nook::box_moments(image.view(),
                             nook::BoxMoments<double>{.mean = {result.mean.data(), 20, 10, 3}}, {3}),
           "moments.mean", nook::ErrorCode::bad_stride);
+    check(nook::box_moments(
+              image.view(),
+              nook::BoxMoments<double>{.variance = result.variance, .deviation = result.variance},
+              {3}),
+          "moments.deviation", nook::ErrorCode::overlap);
+    check(nook::box_moments(image.view(), nook::BoxMoments<double>{.mean = {nullptr, 20, 10}}, {3}),
+          "moments.mean", nook::ErrorCode::null_data);
     Image<float> both{20, 10, 2.f};
     check(nook::box_moments(both.view(), nook::BoxMoments<float>{.deviation = both}, {3}),
           "moments.deviation", nook::ErrorCode::overlap);
     CHECK(nook::box_moments(nook::ImageView<const float>{}, nook::BoxMoments<float>{}, {3}));
+    for (const int window : {0, -3, 4}) {
+        CHECK(nook::box_moments_scratch_size(image.view(), {window}, 1) == 0);
+        CHECK(nook::box_moments_separable_scratch_size(image.view(), {window}, 1) == 0);
+    }
+    CHECK(nook::box_moments_scratch_size(image.view(), {3}, 0) == 0);
 }

@@ -205,6 +205,26 @@ TEST_SUITE("depth/projection")
             CHECK(decode(depth | 0xab000000u) == decode(depth));
     }
 
+    TEST_CASE_TEMPLATE("a distance nearer than the near plane becomes the near end of fixed point",
+                       Storage, nook::D16Storage, nook::D24Storage)
+    {
+        for (const DepthEncoding encoding :
+             {DepthEncoding::standard, DepthEncoding::reversed, DepthEncoding::opengl})
+            for (const bool orthographic : {false, true})
+                for (const double near_plane : {0.1, 2.0}) {
+                    const Projection projection = make(encoding, orthographic, near_plane, 100);
+                    CAPTURE(describe(projection));
+                    const auto near_end = encoding == DepthEncoding::reversed ? Storage::mask : 0;
+                    for (const double distance :
+                         {near_plane, 0.999 * near_plane, 0.05, 1e-9, 1e-300,
+                          std::numeric_limits<double>::denorm_min()})
+                        CHECK(nook::encode_depth<Storage>(distance, projection) == near_end);
+                    // Background, at the far end.
+                    CHECK(nook::encode_depth<Storage>(1e9, projection) == Storage::mask - near_end);
+                    CHECK(nook::encode_depth<Storage>(-1, projection) == Storage::mask - near_end);
+                }
+    }
+
     TEST_CASE_TEMPLATE("encoding and decoding a distance returns it within the stated step",
                        Storage, nook::FloatStorage<float>, nook::FloatStorage<double>,
                        nook::HalfStorage, nook::D16Storage, nook::D24Storage)
@@ -316,7 +336,9 @@ TEST_SUITE("depth/projection")
             const Stored at_near = store(reversed ? 1 : signed_depth ? -1 : 0);
             const Stored at_far = store(reversed ? 0 : 1);
             const auto decode = decoder<Storage>(projection);
-            CHECK(decode(at_near) == doctest::Approx(projection.near_plane).epsilon(1e-7));
+            // One rounding of the result.
+            CHECK(std::fabs(double{decode(at_near)} - projection.near_plane) <=
+                  projection.near_plane * double{std::numeric_limits<Distance>::epsilon()});
             CHECK(decode(at_far) == Distance(0));
             // Just inside the far plane.
             const double inside = double{decode(neighbour<Storage>(at_far, reversed ? 1 : -1))};
@@ -384,8 +406,7 @@ TEST_SUITE("depth/projection")
                     nook::encode_depth<nook::FloatStorage<Float>>(far_plane, projection);
                 const auto source =
                     nook::hardware_depth(nook::ImageView<const Float>{&element, 1, 1}, projection);
-                CHECK(nook::surface_distance(source, 0, 0) ==
-                      doctest::Approx(far_plane).epsilon(1e-6));
+                CHECK(nook::surface_distance(source, 0, 0) == static_cast<Float>(far_plane));
             }
     }
 
@@ -412,8 +433,8 @@ TEST_SUITE("depth/projection")
         const float fixed = nook::surface_distance(nook::hardware_depth(view, projection), 0, 0);
         const float half =
             nook::surface_distance(nook::hardware_depth<nook::HalfStorage>(view, projection), 0, 0);
-        CHECK(fixed == doctest::Approx(1 / (10 + 0x3800 / 65535.0 * (0.01 - 10))));
-        CHECK(half == doctest::Approx(1 / (10 + 0.5 * (0.01 - 10))));
+        CHECK(fixed == static_cast<float>(1 / (10 + 0x3800 / 65535.0 * (0.01 - 10))));
+        CHECK(half == static_cast<float>(1 / (10 + 0.5 * (0.01 - 10))));
     }
 
     TEST_CASE("decoding agrees with the textbook formula in quadruple precision")
@@ -519,7 +540,7 @@ TEST_SUITE("depth/projection")
             const Projection projection = make(DepthEncoding::reversed, true, near_plane, 10);
             CHECK_FALSE(nook::check_projection(projection, true));
             const auto decode = decoder<nook::FloatStorage<float>>(projection);
-            CHECK(decode(0.5f) == doctest::Approx((near_plane + 10) / 2));
+            CHECK(double{decode(0.5f)} == (near_plane + 10) / 2);
         }
     }
 }
@@ -623,11 +644,15 @@ TEST_SUITE("depth/projection from a matrix")
             REQUIRE_FALSE(error);
             CHECK(found.orthographic == known.projection.orthographic);
             CHECK(found.encoding == known.projection.encoding);
-            // Near the viewer; a float matrix tells the far plane to f/n ulps.
-            CHECK(std::fabs(found.near_plane - known.projection.near_plane) <= 2e-6);
-            if (known.projection.far_plane == infinity) CHECK(found.far_plane == infinity);
-            else
-                CHECK(found.far_plane == doctest::Approx(known.projection.far_plane).epsilon(1e-3));
+            const double near_plane = known.projection.near_plane;
+            const double far_plane = known.projection.far_plane;
+            CHECK(std::fabs(found.near_plane - near_plane) <= 2e-6);
+            if (far_plane == infinity) CHECK(found.far_plane == infinity);
+            else if (found.orthographic) CHECK(std::fabs(found.far_plane / far_plane - 1) <= 1e-6);
+            else {
+                // A float matrix tells the far plane to f/n ulps.
+                CHECK(std::fabs(1 / found.far_plane - 1 / far_plane) <= 2 * 0x1p-23 / near_plane);
+            }
 
             const double hand = double{known.matrix[2][3]};
             const bool left = found.orthographic ? (known.matrix[2][2] > 0) !=
@@ -640,11 +665,11 @@ TEST_SUITE("depth/projection from a matrix")
                         const Window window =
                             through(known, x, y, left ? distance : -distance, width, height);
                         const nook::PixelPoint pixel = nook::pixel_point(found, {x, y, -distance});
-                        CHECK(pixel.x == doctest::Approx(window.x).epsilon(1e-6));
-                        CHECK(pixel.y == doctest::Approx(window.y).epsilon(1e-6));
+                        CHECK(std::fabs(pixel.x - window.x) < 1e-11);
+                        CHECK(std::fabs(pixel.y - window.y) < 1e-11);
                         // Depth as a 64-bit buffer would hold it.
                         const auto decode = nook::HardwareDecode<nook::FloatStorage<double>>{found};
-                        CHECK(decode(window.depth) == doctest::Approx(distance).epsilon(1e-4));
+                        CHECK(std::fabs(decode(window.depth) / distance - 1) < 1e-12);
                     }
         }
     }

@@ -46,6 +46,28 @@ TEST_CASE("a file is written whole, replaces the old one and leaves nothing besi
     CHECK(folder.entries() == 1);
 }
 
+TEST_CASE("what is not a regular file of a sane size is not read")
+{
+    const Folder folder;
+    const auto refusal = [](const std::filesystem::path& path, std::uintmax_t largest) {
+        try {
+            (void)support::read_file(path, largest);
+            return std::string{};
+        } catch (const support::Failure& failure) {
+            return std::string{failure.what()};
+        }
+    };
+    const auto path = folder.path / "file";
+    support::write_file(path, "four");
+    CHECK(refusal(path, 4).empty());
+    CHECK(refusal(path, 3) == path.string() + ": is larger than 3 bytes");
+    CHECK(refusal(folder.path, 4) == folder.path.string() + ": is a folder");
+    std::filesystem::create_symlink(path, folder.path / "link");
+    CHECK(support::read_file(folder.path / "link") == "four");
+    if (std::filesystem::exists("/dev/null"))
+        CHECK(refusal("/dev/null", 4) == "/dev/null: is not a regular file");
+}
+
 TEST_CASE("a file that cannot be written is a failure that names it and leaves nothing")
 {
     const Folder folder;

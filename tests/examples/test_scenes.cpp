@@ -57,6 +57,7 @@ TEST_CASE("every built-in scene is a sound mesh with a sound camera")
         CAPTURE(entry.name);
         const scenes::Scene scene = entry.make();
         CHECK(scene.name == entry.name);
+        CHECK(entry.figures == (scene.name == "bowl"));
         CHECK_FALSE(nook::check_mesh(scene.mesh()));
         CHECK_FALSE(nook::check_camera(scene.camera));
         CHECK(scene.radius > 0);

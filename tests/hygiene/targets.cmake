@@ -1,6 +1,6 @@
-# One program of translation units built for the baseline, for AVX2 with FMA, and with -ffast-math:
-# each keeps its own code, so that the linker has nothing of nook to choose from, and the program
-# runs. At -O0, where nothing is inlined unasked, and at -O2.
+# One program of translation units built for the baseline, for AVX2 with FMA, and with -ffast-math
+# but without exceptions and RTTI: each keeps its own code, so that the linker has nothing of nook to
+# choose from, and the program runs. At -O0, where nothing is inlined unasked, and at -O2.
 include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
 set(source ${CMAKE_CURRENT_LIST_DIR}/targets)
 
@@ -8,7 +8,7 @@ find_program(NM NAMES nm llvm-nm REQUIRED)
 
 set(units plain fast)
 set(flags_plain)
-set(flags_fast -ffast-math)
+set(flags_fast -ffast-math -fno-exceptions -fno-rtti)
 set(flags_avx2 -mavx2 -mfma)
 set(definitions)
 execute_process(COMMAND ${COMPILER} -dM -E -x c++ /dev/null OUTPUT_VARIABLE macros)
@@ -25,7 +25,7 @@ foreach(compiler IN LISTS compilers)
         foreach(unit IN LISTS units)
             set(object ${WORK_DIR}/${compiler_name}-${level}-${unit}.o)
             list(APPEND objects ${object})
-            check_command(${compiler} ${strict_flags} -${level} ${flags_${unit}} -DUNIT=unit_${unit}
+            check_command(${compiler} ${strict_flags} -${level} ${flags_${unit}} -DUNIT=${unit}
                 -c ${source}/unit.cpp -o ${object})
             if(NOT EXISTS ${object})
                 continue()

@@ -27,9 +27,9 @@
 ///
 /// Background lies behind everything: its share of a window is open as it stands, and only the rest
 /// is shaded by its moments, which no background enters. Where it takes one side of a window, the
-/// moments are one-sided, so a surface that slopes towards an open edge (the far rim of a floor
-/// against the sky) darkens there, down to 5/8 in its last row. `ExactRefinements::paired` in the
-/// reference form removes that.
+/// moments are one-sided, so a surface that slopes towards an open edge darkens there: a plane that is
+/// linear on screen down to 5/8 in its last row, a floor that runs to the horizon down to 1/2.
+/// `ExactRefinements::paired` in the reference form removes that.
 namespace nook {
 
 struct ChebyshevOptions {
@@ -91,7 +91,8 @@ Outcome chebyshev_ao_reference(const Depth& depth, const ImageView<Value>& visib
                                const Projection& projection = {}, const WorkMap& work_map = {},
                                E&& executor = E{});
 
-/// Bytes of scratch for an image of that size and type, these options and a number of workers.
+/// Bytes of scratch for an image of that size and type, these options and a number of workers; 0 for
+/// options that `chebyshev_ao` refuses.
 template <DepthInput Depth>
 [[nodiscard]] std::size_t chebyshev_ao_scratch_size(const Depth& depth,
                                                     const ChebyshevOptions& options,
@@ -171,16 +172,9 @@ struct ChebyshevWindow {
     }
 };
 
-template <class Source, class Value>
-[[nodiscard]] Error check_chebyshev(const Source& source, const ImageView<Value>& visibility,
-                                    const ChebyshevOptions& options, const Projection& projection,
-                                    const WorkMap& work_map)
+[[nodiscard]] inline Error check_options(const ChebyshevOptions& options,
+                                         const Projection& projection)
 {
-    const auto& image = source.image;
-    if (const Error error = check_source(source)) return error;
-    if (const Error error = check_output(visibility, "visibility")) return error;
-    if (const Error error = check_same_size(image, visibility, "visibility")) return error;
-    if (const Error error = check_apart(image, visibility, "visibility")) return error;
     if (const Error error =
             check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767"))
         return error;
@@ -196,7 +190,20 @@ template <class Source, class Value>
         return {ErrorCode::bad_value, "options.bias", *options.bias, "a number from 0 to 1e300"};
     if (options.range && (!is_finite(*options.range) || *options.range <= 0))
         return {ErrorCode::bad_value, "options.range", *options.range, "a finite length > 0"};
-    return check_work_map(work_map, image.width, image.height);
+    return {};
+}
+
+template <class Source, class Value>
+[[nodiscard]] Error check_chebyshev(const Source& source, const ImageView<Value>& visibility,
+                                    const ChebyshevOptions& options, const Projection& projection,
+                                    const WorkMap& work_map)
+{
+    if (const Error error = check_source(source)) return error;
+    if (const Error error = check_output(visibility, "visibility")) return error;
+    if (const Error error = check_same_size(source.image, visibility, "visibility")) return error;
+    if (const Error error = check_apart(source.image, visibility, "visibility")) return error;
+    if (const Error error = check_options(options, projection)) return error;
+    return check_work_map(work_map, visibility);
 }
 
 }  // namespace detail
@@ -206,6 +213,7 @@ std::size_t chebyshev_ao_scratch_size(const Depth& depth, const ChebyshevOptions
                                       const Projection& projection, int workers)
 {
     const auto& image = depth_source(depth).image;
+    if (workers < 1 || detail::check_options(options, projection)) return 0;
     const detail::ChebyshevWindow window{options, projection};
     if (window.fixed())
         return window

@@ -119,7 +119,8 @@ template <class Float>
 template <class Unsigned, int bits>
 [[nodiscard]] inline Unsigned store_value(FixedStorage<Unsigned, bits> storage, double value)
 {
-    return static_cast<Unsigned>(std::llrint(value * storage.mask));
+    return static_cast<Unsigned>(
+        std::llrint((std::min)((std::max)(value, 0.0), 1.0) * storage.mask));
 }
 
 }  // namespace detail
@@ -293,7 +294,8 @@ template <class Storage = void, class T>
 }
 
 /// The element that stores a distance: the inverse of the decoder, rounded to nearest. Background
-/// (not a surface, or at or beyond the far plane) becomes the value at the far end of the encoding.
+/// (not a surface, or at or beyond the far plane) becomes the value at the far end of the encoding;
+/// in fixed point, what is nearer than the near plane becomes the value at the near end.
 template <class Storage>
 [[nodiscard]] typename Storage::Stored encode_depth(double distance, const Projection& projection)
 {

@@ -67,17 +67,28 @@ template <DepthInput Depth, class Value, Executor E = Serial>
 Outcome box_moments_reference(const Depth& depth, const BoxMoments<Value>& moments,
                               const MomentsOptions& options = {}, E&& executor = E{});
 
-/// Bytes of scratch that `box_moments` needs for an image and a number of workers.
+namespace detail {
+
+[[nodiscard]] constexpr Error check_moments_window(const MomentsOptions& options)
+{
+    return check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767");
+}
+
+}  // namespace detail
+
+/// Bytes of scratch that `box_moments` needs for an image and a number of workers; 0 for options
+/// that it refuses.
 template <DepthInput Depth>
 [[nodiscard]] std::size_t box_moments_scratch_size(const Depth& depth,
                                                    const MomentsOptions& options, int workers)
 {
     using Filter = detail::BlockMoments<distance_t<Depth>, double>;
     const auto& image = depth_source(depth).image;
+    if (workers < 1 || detail::check_moments_window(options)) return 0;
     return Filter{image.width, image.height, options.window, options.border}.scratch_size(workers);
 }
 
-/// Bytes of scratch that `box_moments_separable` needs for an image and a number of workers.
+/// Bytes of scratch that `box_moments_separable` needs, likewise.
 template <DepthInput Depth>
 [[nodiscard]] std::size_t box_moments_separable_scratch_size(const Depth& depth,
                                                              const MomentsOptions& options,
@@ -85,6 +96,7 @@ template <DepthInput Depth>
 {
     using Filter = detail::SeparableMoments<distance_t<Depth>, double>;
     const auto& image = depth_source(depth).image;
+    if (workers < 1 || detail::check_moments_window(options)) return 0;
     return Filter{image.width, image.height, options.window, options.border}.scratch_size(workers);
 }
 
@@ -95,21 +107,21 @@ template <class Source, class Value>
                                   const MomentsOptions& options)
 {
     if (const Error error = check_source(source)) return error;
-    if (const Error error =
-            check_window(options.window, 32767, "options.window", "an odd number from 1 to 32767"))
-        return error;
+    if (const Error error = check_moments_window(options)) return error;
     Error first{};
-    const auto check = [&](const auto& image, const char* name) {
-        if (first || image.data == nullptr) return;
+    const auto check = [&](const auto& image, const char* name, const auto&... others) {
+        if (first || (image.data == nullptr && image.empty())) return;
         first = check_output(image, name);
         if (!first) first = check_same_size(source.image, image, name);
         if (!first) first = check_apart(source.image, image, name);
+        ((first ? void() : void(first = check_apart(others, image, name))), ...);
     };
-    check(moments.count, "moments.count");
-    check(moments.variance, "moments.variance");
-    check(moments.deviation, "moments.deviation");
-    check(moments.mean, "moments.mean");
-    check(moments.mean_square, "moments.mean_square");
+    const auto& [count, variance, deviation, mean, mean_square] = moments;
+    check(count, "moments.count");
+    check(variance, "moments.variance", count);
+    check(deviation, "moments.deviation", count, variance);
+    check(mean, "moments.mean", count, variance, deviation);
+    check(mean_square, "moments.mean_square", count, variance, deviation, mean);
     return first;
 }
 
@@ -151,7 +163,9 @@ Outcome run_moments(const Source& source, const BoxMoments<Value>& moments,
         }
         work.pixels += static_cast<std::uint64_t>(width);
     };
-    return filter.run(source, write_row, scratch, executor);
+    outcome = filter.run(source, write_row, scratch, executor);
+    if (outcome) outcome.work.passes = 1;
+    return outcome;
 }
 
 }  // namespace detail
@@ -181,6 +195,10 @@ Outcome box_moments_reference(const Depth& depth, const BoxMoments<Value>& momen
     outcome.error = detail::check_moments(source, moments, options);
     if (!outcome || source.image.empty()) return outcome;
     const int width = source.image.width, height = source.image.height;
+    // Counted apart, so that the tasks share nothing.
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            outcome.work.background += !(surface_distance(source, x, y) > 0);
     executor.for_each(height, [&](int y, int) {
         const detail::Span rows =
             detail::window_span(y, options.window / 2, height, options.border);

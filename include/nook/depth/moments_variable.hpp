@@ -138,12 +138,16 @@ private:
                                    Span columns, Span rows, const Radius& radius,
                                    const Wanted& wanted) const
     {
+        // From all surface pixels, wanted or not, so that the bits of one do not depend on another's
+        // being wanted.
         WindowRadius reach{0, 0};
         Distance pivot = 0;
+        bool any = false;
         for (int y = rows.first; y <= rows.last; ++y)
             for (int x = columns.first; x <= columns.last; ++x) {
                 const Distance distance = surface_distance(source, x, y);
-                if (!(distance > 0) || !wanted(x, y)) continue;
+                if (!(distance > 0)) continue;
+                any = any || wanted(x, y);
                 if (!(pivot > 0)) pivot = distance;
                 const WindowRadius own = radius(distance);
                 reach = {(std::max)(reach.x, own.x), (std::max)(reach.y, own.y)};
@@ -161,7 +165,7 @@ private:
                     x1 - x0 + 1,
                     static_cast<double>(pivot),
                     0};
-        if (!(pivot > 0)) return table;
+        if (!any) return table;
 
         std::fill_n(table.count, table.stride, 0);
         std::fill_n(table.sum, table.stride, 0.0);

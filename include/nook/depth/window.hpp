@@ -12,7 +12,8 @@ enum class Border : std::uint8_t {
     /// Shrinks per axis so that it stays centred: rx = min(r, x, W − 1 − x). A plane that is linear
     /// on screen keeps its mean at the centre, so a tilted floor stays exactly 1 up to the frame.
     symmetric,
-    /// Loses the part outside. One-sided at the frame: a tilted floor darkens there, down to 1/5.
+    /// Loses the part outside. One-sided at the frame, where tilted planes darken: those linear on
+    /// screen down to 1/4 at a side and 1/7 in a corner, floors in perspective further.
     clip
 };
 

@@ -31,6 +31,10 @@ struct BvhOptions {
 
 namespace nook::inline NOOK_TARGET {
 
+namespace detail {
+class Hemisphere;
+}
+
 /// A hierarchy of boxes over the triangles of a mesh, for rays. Copies what it needs: the mesh may go
 /// after `build`. Queries may run on any number of threads at once. Without triangles, or before
 /// `build`, nothing is ever hit.
@@ -69,13 +73,9 @@ public:
     /// The scene fits into a cube of twice this edge length, in world units.
     [[nodiscard]] double size() const { return space_.size; }
 
-    /// For the kernels of this room: a ray in scene space, and what the hierarchy is made of.
-    [[nodiscard]] bool scene_occluded(const detail::SceneRay& ray) const;
-    [[nodiscard]] const detail::SceneSpace& space() const { return space_; }
-    [[nodiscard]] const detail::BvhNode* nodes() const { return nodes_; }
-    [[nodiscard]] const detail::SceneTriangle* triangles() const { return triangles_; }
-
 private:
+    friend class detail::Hemisphere;
+
     void swap(Bvh& other) noexcept
     {
         std::swap(block_, other.block_);
@@ -86,6 +86,7 @@ private:
         std::swap(space_, other.space_);
         std::swap(depth_, other.depth_);
     }
+    [[nodiscard]] bool scene_occluded(const detail::SceneRay& ray) const;
     template <bool nearest_first, class Visit>
     void traverse(const detail::SceneRay& ray, const double& t_max, const Visit& visit) const;
 

@@ -120,11 +120,14 @@ inline Error check_camera(const Camera& camera)
         camera.eye.z == camera.target.z)
         return {ErrorCode::bad_value, "camera.target", camera.target.x,
                 "a point other than the eye"};
+    // A view so narrow that its pixels per unit overflow is refused with it.
+    const bool pixels = !check_projection(projection(camera, 1, 1));
     if (camera.orthographic) {
-        if (!positive(camera.view_height))
+        if (!positive(camera.view_height) || !pixels)
             return {ErrorCode::bad_value, "camera.view_height", camera.view_height,
                     "world units, > 0"};
-    } else if (!positive(camera.vertical_fov) || camera.vertical_fov >= std::numbers::pi) {
+    } else if (!positive(camera.vertical_fov) || camera.vertical_fov >= std::numbers::pi ||
+               !pixels) {
         return {ErrorCode::bad_value, "camera.vertical_fov", camera.vertical_fov,
                 "radians between 0 and pi"};
     }

@@ -44,7 +44,7 @@ public:
     [[nodiscard]] int bits() const { return bits_; }
     [[nodiscard]] double near_plane() const { return near_plane_; }
 
-    [[nodiscard]] ClipVertex project(const Vector3& view) const
+    [[nodiscard]] NOOK_NOINLINE ClipVertex project(const Vector3& view) const
     {
         const double w = projection_.orthographic ? 1 : -view.z;
         return {projection_.cx * w + projection_.fx * view.x,
@@ -70,7 +70,7 @@ public:
         return true;
     }
     /// The nearest point of the grid; `v` is inside every plane, up to rounding.
-    [[nodiscard]] GridPoint snap(const ClipVertex& v) const
+    [[nodiscard]] NOOK_NOINLINE GridPoint snap(const ClipVertex& v) const
     {
         const auto coordinate = [&](double value) {
             const double clamped = (std::min)((std::max)(value / v.w, -guard_), guard_);
@@ -88,11 +88,8 @@ private:
 
 /// Where the edge between two vertices crosses a plane. The ends are put in order first and the code
 /// exists once, so both triangles at an edge get the same bits.
-#if defined(__GNUC__) || defined(__clang__)
-[[gnu::noinline]]
-#endif
-inline ClipVertex
-cut_edge(const PixelGrid& grid, int plane, ClipVertex a, ClipVertex b)
+NOOK_NOINLINE inline ClipVertex cut_edge(const PixelGrid& grid, int plane, ClipVertex a,
+                                         ClipVertex b)
 {
     const bool ordered = a.distance != b.distance ? a.distance < b.distance
                          : a.x != b.x             ? a.x < b.x

@@ -19,9 +19,9 @@ public:
     static constexpr double least_rise = 0x1p-17;
 
     Hemisphere(const Bvh& bvh, const Vector3& start, const Vector3& normal, double radius)
-        : bvh_{bvh}, start_{bvh.space().to_scene(start)}, normal_{normal}
+        : bvh_{bvh}, start_{bvh.space_.to_scene(start)}, normal_{normal}
     {
-        radius_ = scene_length(radius, bvh.space().scale);
+        radius_ = scene_length(radius, bvh.space_.scale);
         if (bvh.triangle_count() > 0) collect();
     }
     /// True when every ray is open.
@@ -34,7 +34,7 @@ public:
         if (!ray.valid()) return false;
         if (count_ > capacity) return bvh_.scene_occluded(ray);
         for (int i = 0; i < count_; ++i)
-            if (ray.is_occluded_by(bvh_.triangles()[found_[i]])) return true;
+            if (ray.is_occluded_by(bvh_.triangles_[found_[i]])) return true;
         return false;
     }
 
@@ -48,7 +48,7 @@ private:
         int waiting = 0;
         stack[waiting++] = 0;
         while (waiting > 0) {
-            const BvhNode& node = bvh_.nodes()[stack[--waiting]];
+            const BvhNode& node = bvh_.nodes_[stack[--waiting]];
             for (int lane = 0; lane < BvhNode::lanes; ++lane) {
                 Bounds box;
                 for (int k = 0; k < 3; ++k) {
@@ -62,7 +62,7 @@ private:
                 }
                 for (std::uint32_t i = 0; i < node.count[lane]; ++i) {
                     const std::uint32_t index = node.child[lane] + i;
-                    if (!can_hit(bvh_.triangles()[index])) continue;
+                    if (!can_hit(bvh_.triangles_[index])) continue;
                     if (count_ == capacity) {
                         ++count_;
                         return;

@@ -36,7 +36,7 @@ struct RasteriseOptions {
     /// Where they are missing, zero or not finite, the triangle's own is taken.
     bool interpolate_normals = false;
     /// Leave out what is nearer than this distance along the view axis, ≥ 0, or nearer than the
-    /// projection's near plane. With both 0 the smallest positive float is the limit.
+    /// projection's near plane. With both 0 the smallest normal float is the limit.
     double near_plane = 0;
 };
 

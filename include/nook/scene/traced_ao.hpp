@@ -53,8 +53,9 @@ namespace nook::inline NOOK_TARGET {
 /// darker than 1 near its silhouettes.
 ///
 /// Where there is no surface, or the normal is zero or not finite, the visibility is exactly 1. There,
-/// and where nothing within the radius can be hit, no ray is traced. Rays start a proven error bound above the surface, see `detail::point_error`; only
-/// a shading point closer to another surface than the position error of the rasteriser may lie on the
+/// and where nothing within the radius can be hit, no ray is traced; the latter are counted as
+/// `skipped_rays`. Rays start a proven error bound above the surface, see `detail::point_error`; only a
+/// shading point closer to another surface than the position error of the rasteriser may lie on the
 /// wrong side of it. Tasks are bands of four rows.
 template <DepthInput Depth, class V, ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const float>& normals,
@@ -188,7 +189,7 @@ Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const flo
     if ((error = check_traced_options(options))) return outcome;
     if ((error = check_projection(projection))) return outcome;
     if ((error = detail::check_frame(frame))) return outcome;
-    if ((error = detail::check_work_map(work_map, width, height))) return outcome;
+    if ((error = detail::check_work_map(work_map, visibility))) return outcome;
     if (source.image.empty()) return outcome;
 
     const detail::Frame axes{frame};
@@ -221,10 +222,13 @@ Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const flo
                     ++work.background;
                 } else if (!work_map.is_active(x, y)) {
                     ++work.skipped;
-                } else if (!nothing) {
-                    const detail::RayCount count = trace_pixel(x, y, distance, normal);
+                } else {
+                    const detail::RayCount count =
+                        nothing ? detail::RayCount{} : trace_pixel(x, y, distance, normal);
                     visibility(x, y) = static_cast<V>(detail::visibility_of(count));
                     work.rays += count.rays;
+                    work.skipped_rays +=
+                        static_cast<std::uint64_t>(options.directions) - count.rays;
                 }
             }
         }

@@ -1,4 +1,4 @@
-// Three units of one program, built for three targets, agree, and each runs its own code.
+// Units of one program, built for several targets, agree pixel by pixel, and each runs its own code.
 #include "unit.hpp"
 
 #include <cmath>
@@ -8,6 +8,7 @@
 
 namespace {
 
+constexpr int width = 61, height = 43;
 bool failed = false;
 
 void check(bool fact, const char* unit, const char* text)
@@ -17,44 +18,103 @@ void check(bool fact, const char* unit, const char* text)
     std::printf("%s: not true that %s\n", unit, text);
 }
 
-Answers run(const char* name, void (*unit)(nook::ImageView<float>, Answers*))
+struct Pictures {
+    std::vector<float> depth, normal, fixed, radius, traced;
+
+    Pictures()
+        : depth(width * height), normal(3 * width * height), fixed(depth), radius(depth),
+          traced(depth)
+    {}
+    GBuffer drawn() { return {{depth.data(), width, height}, {normal.data(), 3 * width, height}}; }
+};
+
+/// How two images differ.
+struct Difference {
+    int pixels = 0;
+    double worst = 0;
+
+    Difference(const std::vector<float>& a, const std::vector<float>& b, bool relative = false)
+    {
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            if (a[i] == b[i]) continue;
+            const double scale = relative ? std::fabs(double{a[i]}) : 1;
+            worst = std::fmax(worst, std::fabs(double{a[i]} - double{b[i]}) / scale);
+            ++pixels;
+        }
+    }
+};
+
+/// All units shade what the first one drew, so that they differ by their own arithmetic alone.
+Answers run(const char* name, void (*draw)(const GBuffer&, nook::Outcome*),
+            void (*shade)(const GBuffer&, Answers*), Pictures& pictures, Pictures* first)
 {
-    constexpr int width = 61, height = 43;
-    std::vector<float> depth(width * height);
+    nook::Outcome drawn;
+    draw(pictures.drawn(), &drawn);
+    check(bool{drawn}, name, "drawing succeeds");
     Answers answers;
-    unit({depth.data(), width, height}, &answers);
-    std::printf("%-6s %-24s visibility %.4f, traced %.4f, rmse %.2g, ssim %.6f\n", name,
-                answers.target, answers.visibility, answers.reference, answers.rmse, answers.ssim);
+    answers.fixed = {pictures.fixed.data(), width, height};
+    answers.radius = {pictures.radius.data(), width, height};
+    answers.traced = {pictures.traced.data(), width, height};
+    shade((first != nullptr ? *first : pictures).drawn(), &answers);
+    std::printf("%s: %s\n", name, answers.target);
     check(bool{answers.outcome}, name, "every call succeeds");
     if (!answers.outcome) std::printf("%s\n", answers.outcome.error.argument);
-    check(answers.visibility > 0.5 * width * height && answers.visibility < width * height, name,
-          "the scene is partly shaded");
     check(answers.background_is_open, name,
           "NaN, infinity, zero and negative depths are background");
+    check(answers.nan_is_named, name, "a NaN in an error is printed as one");
     check(answers.rmse < 1e-6, name, "the fast form agrees with the reference");
     check(answers.ssim > 0.999999, name, "the fast form looks like the reference");
+    for (const auto* image : {&pictures.fixed, &pictures.radius, &pictures.traced}) {
+        int dark = 0;
+        for (const float value : *image) dark += value < 0.95f;
+        check(dark > 100 && dark < width * height, name, "the scene is partly shaded");
+    }
     return answers;
 }
 
-void compare(const char* name, const Answers& plain, const Answers& other)
+void compare(const char* name, const Pictures& plain, const Pictures& other)
 {
-    check(std::strcmp(plain.target, other.target) != 0, name, "the target has a name of its own");
-    check(std::fabs(plain.visibility - other.visibility) < 1e-3, name,
-          "the visibility is that of the plain unit");
-    check(std::fabs(plain.reference - other.reference) < 2, name,
-          "the traced visibility is that of the plain unit");
+    const Difference depth{plain.depth, other.depth, true}, normal{plain.normal, other.normal},
+        fixed{plain.fixed, other.fixed}, radius{plain.radius, other.radius},
+        traced{plain.traced, other.traced};
+    const auto print = [&](const char* what, const Difference& d) {
+        std::printf("  %-26s %5d of %d values differ, by %.2g at most\n", what, d.pixels,
+                    width * height, d.worst);
+    };
+    print("depth (relative)", depth);
+    print("normals", normal);
+    print("Chebyshev AO, fixed window", fixed);
+    print("Chebyshev AO, radius", radius);
+    print("traced AO", traced);
+    // Double precision within, so that little more than the last bit of a float can differ.
+    check(depth.worst <= 0x1p-23, name, "depth is that of the plain unit");
+    check(normal.worst <= 0x1p-23, name, "normals are those of the plain unit");
+    check(fixed.worst <= 0x1p-23, name, "a fixed window shades as in the plain unit");
+    check(radius.worst <= 0x1p-23, name, "a radius shades as in the plain unit");
+    check(traced.pixels <= width * height / 1000, name, "999 of 1000 traced pixels are equal");
+    check(traced.worst <= 1.001 / directions, name, "traced pixels differ by one ray at most");
 }
 
 }  // namespace
 
 int main()
 {
-    const Answers plain = run("plain", unit_plain);
-    compare("fast", plain, run("fast", unit_fast));
+    Pictures plain, fast;
+    const Answers first = run("plain", draw_plain, shade_plain, plain, nullptr);
+    const auto named_apart = [&](const char* name, const Answers& answers) {
+        check(std::strcmp(first.target, answers.target) != 0, name,
+              "the target has a name of its own");
+    };
+    named_apart("fast", run("fast", draw_fast, shade_fast, fast, &plain));
+    compare("fast", plain, fast);
 #if defined(HAS_AVX2)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        compare("avx2", plain, run("avx2", unit_avx2));
-    else std::printf("this processor has no AVX2: that unit did not run\n");
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+        Pictures avx2;
+        named_apart("avx2", run("avx2", draw_avx2, shade_avx2, avx2, &plain));
+        compare("avx2", plain, avx2);
+    } else {
+        std::printf("this processor has no AVX2: that unit did not run\n");
+    }
 #endif
     return failed ? 1 : 0;
 }

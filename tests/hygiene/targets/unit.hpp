@@ -3,20 +3,33 @@
 #include <nook/image.hpp>
 #include <nook/outcome.hpp>
 
-/// One translation unit of the program: what it computes, by every kernel, on one small scene.
+/// What a unit draws: linear depth, and view-space normals in rows of 3 × width.
+struct GBuffer {
+    nook::ImageView<float> depth{}, normal{};
+};
+
+/// What a unit makes of a G-buffer by every kernel. The caller provides the images.
 /// Plain data types pass between units built for different targets.
 struct Answers {
     nook::Outcome outcome{};
-    double visibility = 0;
-    double reference = 0;
+    nook::ImageView<float> fixed{};   ///< Chebyshev AO in a window of pixels
+    nook::ImageView<float> radius{};  ///< Chebyshev AO in a window of a world length
+    nook::ImageView<float> traced{};
     double rmse = 0;
     double ssim = 0;
     bool background_is_open = false;
+    bool nan_is_named = false;
     const char* target = "";
 };
 
+/// Rays per pixel of the traced image.
+inline constexpr int directions = 64;
+
 extern "C" {
-void unit_plain(nook::ImageView<float> depth, Answers* answers);
-void unit_avx2(nook::ImageView<float> depth, Answers* answers);
-void unit_fast(nook::ImageView<float> depth, Answers* answers);
+void draw_plain(const GBuffer& images, nook::Outcome* outcome);
+void draw_avx2(const GBuffer& images, nook::Outcome* outcome);
+void draw_fast(const GBuffer& images, nook::Outcome* outcome);
+void shade_plain(const GBuffer& images, Answers* answers);
+void shade_avx2(const GBuffer& images, Answers* answers);
+void shade_fast(const GBuffer& images, Answers* answers);
 }

@@ -26,6 +26,10 @@ Outcome encode_depths(const ImageView<const float>& depth, const ImageView<T>& e
     if (const Error error = detail::check_same_size(depth, encoded, "encoded")) return {error};
     if (const Error error = detail::check_apart(depth, encoded, "encoded")) return {error};
     if (const Error error = check_projection(projection, true)) return {error};
+    if (Actual::fixed_point && !detail::is_finite(projection.far_plane) &&
+        projection.encoding == DepthEncoding::linear)
+        return {{ErrorCode::bad_value, "projection.far_plane", projection.far_plane,
+                 "a finite distance for linear fixed point"}};
     Outcome outcome{};
     for (int y = 0; y < depth.height; ++y) {
         for (int x = 0; x < depth.width; ++x) {
