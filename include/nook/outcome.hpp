@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -81,8 +82,10 @@ inline std::size_t describe(const Error& error, char* buffer, std::size_t capaci
         while (*text != '\0' && length + 1 < capacity) buffer[length++] = *text++;
     };
     char number[32] = {};
-    // Whole numbers, such as sizes and indices, without an exponent.
-    const bool whole = error.value > -1e15 && error.value < 1e15 &&
+    // Whole numbers, such as sizes and indices, without an exponent. NaN and infinity are told by
+    // their bits, for -ffast-math.
+    const bool finite = (std::bit_cast<std::uint64_t>(error.value) >> 52 & 0x7ff) != 0x7ff;
+    const bool whole = finite && error.value > -1e15 && error.value < 1e15 &&
                        error.value == static_cast<double>(static_cast<std::int64_t>(error.value));
     if (whole)
         std::to_chars(number, number + sizeof number - 1, static_cast<std::int64_t>(error.value));

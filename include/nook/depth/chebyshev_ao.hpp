@@ -75,8 +75,9 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Constant time per pixel for a fixed window; for a radius constant except where the outcome counts
 /// `samples`. Never allocates if given a `Scratch` of `chebyshev_ao_scratch_size` bytes; the default
-/// HeapScratch does, once per call. Errors: see the options; sizes that differ, an output that
-/// overlaps the depth, a radius without projection.
+/// HeapScratch does, once per call. The same bits for any number of threads. Different instruction
+/// sets agree to 2⁻²³, but for a pixel whose radius rounds to another window. Errors: see the options;
+/// sizes that differ, an output that overlaps the depth, a radius without projection.
 template <DepthInput Depth, class Value, ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
                      const ChebyshevOptions& options = {}, const Projection& projection = {},

@@ -56,7 +56,9 @@ namespace nook::inline NOOK_TARGET {
 /// and where nothing within the radius can be hit, no ray is traced; the latter are counted as
 /// `skipped_rays`. Rays start a proven error bound above the surface, see `detail::point_error`; only a
 /// shading point closer to another surface than the position error of the rasteriser may lie on the
-/// wrong side of it. Tasks are bands of four rows.
+/// wrong side of it. The same bits for any number of threads; on different instruction sets a ray that
+/// grazes an edge may fall on its other side, which changes less than one pixel in a thousand, by one
+/// ray. Tasks are bands of four rows.
 template <DepthInput Depth, class V, ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome traced_ao(const Bvh& bvh, const Depth& depth, const ImageView3<const float>& normals,
                   const ImageView<V>& visibility, const TracedOptions& options,
