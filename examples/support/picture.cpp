@@ -34,7 +34,8 @@ std::uint8_t stored(float value)
 }  // namespace
 
 Picture::Picture(int width, int height, const Rgb& colour)
-    : width_{width}, height_{height},
+    : width_{width},
+      height_{height},
       bytes_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3)
 {
     fill(0, 0, width, height, colour);

@@ -42,7 +42,8 @@ class HeapScratch {
 public:
     HeapScratch() = default;
     HeapScratch(HeapScratch&& other) noexcept
-        : data_{std::exchange(other.data_, nullptr)}, size_{std::exchange(other.size_, 0)}
+        : data_{std::exchange(other.data_, nullptr)},
+          size_{std::exchange(other.size_, 0)}
     {}
     HeapScratch& operator=(HeapScratch&& other) noexcept
     {

@@ -28,8 +28,11 @@ struct Result {
     Image<double> variance, deviation, mean, mean_square;
 
     Result(int width, int height)
-        : count{width, height}, variance{width, height}, deviation{width, height},
-          mean{width, height}, mean_square{width, height}
+        : count{width, height},
+          variance{width, height},
+          deviation{width, height},
+          mean{width, height},
+          mean_square{width, height}
     {}
     nook::BoxMoments<double> views() { return {count, variance, deviation, mean, mean_square}; }
     friend bool operator==(const Result&, const Result&) = default;

@@ -36,7 +36,9 @@ struct Picture {
     Image<std::uint32_t> face;
 
     Picture(int width, int height)
-        : depth{width, height, -7}, normal{3 * width, height, -7}, face{width, height, 7}
+        : depth{width, height, -7},
+          normal{3 * width, height, -7},
+          face{width, height, 7}
     {}
     GBuffer buffers()
     {

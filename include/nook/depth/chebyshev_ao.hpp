@@ -109,9 +109,12 @@ struct ChebyshevShade {
     bool automatic_bias = false, range_check = false, clamp = true;
 
     ChebyshevShade(const ChebyshevOptions& options, const DepthStep& depth_step)
-        : step{depth_step}, bias{options.bias.value_or(0)}, range{options.range.value_or(0)},
-          automatic_bias{!options.bias}, range_check{options.range.has_value()}, clamp{
-                                                                                     options.clamp}
+        : step{depth_step},
+          bias{options.bias.value_or(0)},
+          range{options.range.value_or(0)},
+          automatic_bias{!options.bias},
+          range_check{options.range.has_value()},
+          clamp{options.clamp}
     {}
     [[nodiscard]] double bias_at(double distance) const
     {
@@ -140,7 +143,9 @@ struct ChebyshevWindow {
     int largest;
 
     ChebyshevWindow(const ChebyshevOptions& options, const Projection& given)
-        : projection{given}, length{options.radius}, largest{options.max_window / 2}
+        : projection{given},
+          length{options.radius},
+          largest{options.max_window / 2}
     {
         if (length > 0) return;
         // A window in pixels is a length under a projection that has one pixel per unit everywhere.

@@ -29,13 +29,20 @@ class BlockMoments {
 
 public:
     BlockMoments(int width, int height, int window, Border border)
-        : width_{width}, height_{height}, window_{window}, radius_{window / 2}, border_{border},
-          across_{axis(width)}, down_{axis(height)}, slots_{(std::min)(window, height)},
+        : width_{width},
+          height_{height},
+          window_{window},
+          radius_{window / 2},
+          border_{border},
+          across_{axis(width)},
+          down_{axis(height)},
+          slots_{(std::min)(window, height)},
           // Wide enough that the 2 r columns beside a strip weigh little, narrow enough for the cache.
           strip_{(std::min)(width, (std::max)({512, 2 * window, 32768 / window}))},
           strips_{pieces(width, (std::max)(strip_, 1))},
           // A run of blocks filters the rows of one block more than it delivers.
-          run_{(std::max)(1, 256 / window)}, runs_{pieces(pieces(down_.interior, window), run_)}
+          run_{(std::max)(1, 256 / window)},
+          runs_{pieces(pieces(down_.interior, window), run_)}
     {}
 
     [[nodiscard]] std::size_t scratch_size(int workers) const

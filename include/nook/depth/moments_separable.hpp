@@ -23,9 +23,11 @@ class SeparableMoments {
 
 public:
     SeparableMoments(int width, int height, int window, Border border)
-        : width_{width}, height_{height}, radius_{window / 2}, border_{border}, slots_{(std::min)(
-                                                                                    window,
-                                                                                    height)},
+        : width_{width},
+          height_{height},
+          radius_{window / 2},
+          border_{border},
+          slots_{(std::min)(window, height)},
           // A band filters 2 r rows more than it delivers.
           band_{(std::max)(64, 2 * window)}
     {}

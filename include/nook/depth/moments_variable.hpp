@@ -28,15 +28,17 @@ template <class Distance>
 class VariableMoments {
 public:
     static constexpr int tile = 64;
-    /// Largest certified error of variance + slack, relative to it. Visibility errs by at most a
-    /// quarter of that through the variance, and less through the deviation.
+    /// Largest certified error of variance + slack, relative to it. Visibility errs by less.
     static constexpr double tolerance = 1e-5;
 
     /// `largest`: the radius that no pixel's window exceeds.
     VariableMoments(int width, int height, WindowRadius largest, Border border)
-        : width_{width}, height_{height}, border_{border}, largest_{(std::min)(largest.x, width),
-                                                                    (std::min)(largest.y, height)},
-          tiles_across_{pieces(width, tile)}, tiles_down_{pieces(height, tile)},
+        : width_{width},
+          height_{height},
+          border_{border},
+          largest_{(std::min)(largest.x, width), (std::min)(largest.y, height)},
+          tiles_across_{pieces(width, tile)},
+          tiles_down_{pieces(height, tile)},
           table_width_{(std::min)(width, tile + 2 * largest_.x) + 1},
           table_height_{(std::min)(height, tile + 2 * largest_.y) + 1}
     {}

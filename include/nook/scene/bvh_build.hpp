@@ -38,7 +38,9 @@ public:
     };
 
     BvhBuilder(const Memory& memory, int leaf_size, Item* items, std::uint32_t count)
-        : memory_{memory}, items_{items}, count_{count}
+        : memory_{memory},
+          items_{items},
+          count_{count}
     {
         leaf_size_ = static_cast<std::uint32_t>(leaf_size);
     }

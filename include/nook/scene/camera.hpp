@@ -71,7 +71,9 @@ struct Frame {
     Vector3 origin, right, up, back;
 
     explicit Frame(const ViewFrame& frame)
-        : origin{vector(frame.origin)}, right{vector(frame.right)}, up{vector(frame.up)},
+        : origin{vector(frame.origin)},
+          right{vector(frame.right)},
+          up{vector(frame.up)},
           back{vector(frame.back)}
     {}
     [[nodiscard]] Vector3 direction_to_view(const Vector3& v) const

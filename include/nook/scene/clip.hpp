@@ -34,7 +34,8 @@ struct GridPoint {
 class PixelGrid {
 public:
     PixelGrid(const Projection& projection, int width, int height, double near_plane)
-        : projection_{projection}, near_plane_{near_plane}
+        : projection_{projection},
+          near_plane_{near_plane}
     {
         const auto size = static_cast<unsigned>((std::max)(width, height));
         bits_ = (std::min)(16, 27 - static_cast<int>(std::bit_width(size - 1)));

@@ -19,7 +19,9 @@ public:
     static constexpr double least_rise = 0x1p-17;
 
     Hemisphere(const Bvh& bvh, const Vector3& start, const Vector3& normal, double radius)
-        : bvh_{bvh}, start_{bvh.space_.to_scene(start)}, normal_{normal}
+        : bvh_{bvh},
+          start_{bvh.space_.to_scene(start)},
+          normal_{normal}
     {
         radius_ = scene_length(radius, bvh.space_.scale);
         if (bvh.triangle_count() > 0) collect();

@@ -104,9 +104,13 @@ public:
     Rasteriser(const MeshView& mesh, const ViewFrame& frame, const Projection& projection,
                const GBuffer& buffers, const RasteriseOptions& options, double near_plane,
                const RasterScratch& scratch)
-        : mesh_{mesh}, frame_{frame}, projection_{projection}, buffers_{buffers},
+        : mesh_{mesh},
+          frame_{frame},
+          projection_{projection},
+          buffers_{buffers},
           grid_{projection, buffers.depth.width, buffers.depth.height, near_plane},
-          scratch_{scratch}, interpolate_{options.interpolate_normals && mesh.normals != nullptr}
+          scratch_{scratch},
+          interpolate_{options.interpolate_normals && mesh.normals != nullptr}
     {}
 
     void transform(std::size_t first, std::size_t last) const

@@ -198,7 +198,9 @@ public:
     }
     /// From a finite point and a finite direction of length about 1 in scene space, to a finite end.
     SceneRay(const Vector3& start, const Vector3& along, double end)
-        : origin{start.x, start.y, start.z}, direction{along.x, along.y, along.z}, t_max{end}
+        : origin{start.x, start.y, start.z},
+          direction{along.x, along.y, along.z},
+          t_max{end}
     {
         axis_z_ = std::fabs(along.x) > std::fabs(along.y) ? 0 : 1;
         if (std::fabs(along.z) > std::fabs(direction[axis_z_])) axis_z_ = 2;

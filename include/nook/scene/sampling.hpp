@@ -46,7 +46,8 @@ struct SamplePoint {
 class ScrambledSobol {
 public:
     explicit constexpr ScrambledSobol(std::uint32_t seed)
-        : seed_u_{hash(seed)}, seed_v_{hash(seed_u_)}
+        : seed_u_{hash(seed)},
+          seed_v_{hash(seed_u_)}
     {
         // A chain: hashes of neighbouring numbers are not independent enough for the joint strata.
     }

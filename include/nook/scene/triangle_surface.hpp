@@ -12,8 +12,10 @@ class TriangleSurface {
 public:
     TriangleSurface(const Projection& projection, double near_plane, const Vector3& a,
                     const Vector3& b, const Vector3& c)
-        : projection_{projection}, corners_{a, b, c}, plane_{cross(b - a, c - a)}, offset_{dot(
-                                                                                       plane_, a)}
+        : projection_{projection},
+          corners_{a, b, c},
+          plane_{cross(b - a, c - a)},
+          offset_{dot(plane_, a)}
     {
         nearest_ = (std::max)((std::min)({-a.z, -b.z, -c.z}), near_plane);
         farthest_ = (std::max)((std::max)({-a.z, -b.z, -c.z}), near_plane);

@@ -22,7 +22,10 @@ struct Pictures {
     std::vector<float> depth, normal, fixed, radius, traced;
 
     Pictures()
-        : depth(width * height), normal(3 * width * height), fixed(depth), radius(depth),
+        : depth(width * height),
+          normal(3 * width * height),
+          fixed(depth),
+          radius(depth),
           traced(depth)
     {}
     GBuffer drawn() { return {{depth.data(), width, height}, {normal.data(), 3 * width, height}}; }
