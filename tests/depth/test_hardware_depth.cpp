@@ -13,28 +13,18 @@
 #include <nook/depth/projection.hpp>
 #include <nook/owned_image.hpp>
 
+#include "projections.hpp"
+
 using nook::DepthEncoding;
-using nook::ErrorCode;
 using nook::Projection;
+using projections::infinity;
+using projections::make;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr DepthEncoding encodings[] = {DepthEncoding::linear,   DepthEncoding::negative_z,
                                        DepthEncoding::standard, DepthEncoding::reversed,
                                        DepthEncoding::opengl,   DepthEncoding::logarithmic};
-
-Projection make(DepthEncoding encoding, bool orthographic, double near_plane, double far_plane)
-{
-    return {.fx = 500,
-            .fy = 400,
-            .cx = 321,
-            .cy = 200,
-            .orthographic = orthographic,
-            .encoding = encoding,
-            .near_plane = near_plane,
-            .far_plane = far_plane};
-}
 
 // Every projection that a storage can stand for.
 template <class Storage>

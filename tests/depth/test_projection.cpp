@@ -12,27 +12,13 @@
 #include <nook/depth/hardware_depth.hpp>
 #include <nook/depth/projection.hpp>
 
+#include "projections.hpp"
+
 using nook::DepthEncoding;
 using nook::ErrorCode;
 using nook::Projection;
-
-namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-Projection make(DepthEncoding encoding, bool orthographic, double near_plane, double far_plane)
-{
-    return {.fx = 500,
-            .fy = 400,
-            .cx = 321,
-            .cy = 200,
-            .orthographic = orthographic,
-            .encoding = encoding,
-            .near_plane = near_plane,
-            .far_plane = far_plane};
-}
-
-}  // namespace
+using projections::infinity;
+using projections::make;
 
 TEST_SUITE("depth/projection")
 {

@@ -39,8 +39,8 @@ struct ChebyshevOptions {
     /// pixel gets 2 ⌊radius · f / distance⌋ + 1 pixels along each axis (f = fx, fy of the projection,
     /// which must be given; under orthography all windows are alike).
     double radius = 0;
-    /// Largest window that `radius` leads to: odd, 1 … 4095. Bounds the cost
-    /// near the viewer, and the scratch, which grows with its square.
+    /// Largest window that `radius` leads to: odd, 1 … 4095. Bounds the cost near the viewer, and the
+    /// scratch, which grows with its square.
     int max_window = 127;
     /// ε of equation 2: a variance in depth², 0 … 1e300, which brightens relief below its root. Unset:
     /// 100 steps² of the depth buffer at the pixel's distance, so that quantised flat ground stays

@@ -17,7 +17,7 @@
 /// ways that agree: `box_moments`, constant time per pixel; `box_moments_separable`, the paper's two
 /// passes of k samples; `box_moments_reference`, all k² samples.
 ///
-/// Background enters no window and is not counted. No form subtracts large sums: each sum is taken
+/// Background enters no moment and is not counted. No form subtracts large sums: each sum is taken
 /// about a sample of its own window, so a spike, an infinity or a NaN changes nothing outside the
 /// windows that contain it, and relief far smaller than the distance keeps its variance.
 namespace nook {

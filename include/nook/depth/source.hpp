@@ -37,7 +37,7 @@ struct DepthStep {
 /// distances is a source as it stands.
 ///
 /// A decoded value that is zero, negative, NaN, infinite or beyond `far_limit` is *background*: no
-/// surface. It enters nobody's window, and its own visibility is exactly 1.
+/// surface. It enters no moments, its share of a window is open, and its own visibility is exactly 1.
 template <class Stored, class Decode>
 struct DepthSource {
     using Distance = std::remove_cvref_t<std::invoke_result_t<const Decode&, const Stored&>>;
