@@ -1,27 +1,15 @@
 #include <benchmark/benchmark.h>
 
-#include <cstdint>
-#include <random>
-
-#include <nook/depth/chebyshev_ao.hpp>
 #include <nook/depth/moments.hpp>
 #include <nook/owned_image.hpp>
+#include <nook/scratch.hpp>
+
+#include "relief.hpp"
 
 // The moments of a window three ways: k² samples, 2k samples, and a constant number. Time per image
 // is fitted against k: the separable and the constant form fall where the names say.
 
 namespace {
-
-nook::Image<float> relief(int width, int height)
-{
-    std::mt19937 random{1};
-    std::uniform_real_distribution<float> noise{0, 1e-2f};
-    nook::Image<float> image{width, height};
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            image(x, y) = 4 + 1e-3f * static_cast<float>(x + y) + noise(random);
-    return image;
-}
 
 struct Run {
     benchmark::State& state;

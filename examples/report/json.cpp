@@ -63,7 +63,8 @@ void append_results(Json& results, const SceneReport::Row& row)
 
 }  // namespace
 
-Json json_of(const std::vector<SceneReport>& scenes, const Options& options)
+Json json_of(const std::vector<SceneReport>& scenes, const std::vector<stability::Family>& families,
+             const Options& options)
 {
     Json report;
     report["nook"] = nook::version;
@@ -92,6 +93,7 @@ Json json_of(const std::vector<SceneReport>& scenes, const Options& options)
         entry["range_checks"] = metrics(scene.range_checks);
         report["scenes"].push_back(entry);
     }
+    report["stability"] = stability::json_of(families);
     return report;
 }
 

@@ -156,14 +156,18 @@ void run_all(const Options& options)
     nook::ThreadExecutor threads{options.threads};
     support::prepare_folder(options.folder);
     std::vector<SceneReport> reports;
+    std::vector<stability::Family> families;
     {
         Progress progress;
         for (std::size_t i = 0; i < subjects.size(); ++i) {
             progress.scene(int(i + 1), int(subjects.size()), subjects[i].scene.name);
             reports.push_back(run(subjects[i], options, threads, progress));
         }
+        progress.step("extreme inputs");
+        families = stability::run();
     }
-    support::write_file(options.folder / json_name, json_of(reports, options).dump(2) + '\n');
+    support::write_file(options.folder / json_name,
+                        json_of(reports, families, options).dump(2) + '\n');
     print_table(std::cout, reports);
     std::cout << "pictures and report.json: " << options.folder.string() << '\n';
     if (!std::cout.flush()) throw support::Failure{"the table cannot be written to stdout"};

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "../stability/stability.hpp"
 #include "kernels.hpp"
 #include "options.hpp"
 
@@ -41,6 +42,7 @@ struct SceneReport {
 
 /// The contents of report.json.
 [[nodiscard]] nlohmann::ordered_json json_of(const std::vector<SceneReport>& scenes,
+                                             const std::vector<stability::Family>& families,
                                              const Options& options);
 
 /// The table for people.

@@ -11,12 +11,16 @@
 #include <nook/depth/moments_direct.hpp>
 #include <nook/depth/moments_rows.hpp>
 #include <nook/depth/moments_separable.hpp>
+#include <nook/depth/moments_strip.hpp>
+#include <nook/depth/moments_sums.hpp>
 #include <nook/depth/moments_variable.hpp>
 #include <nook/depth/projection.hpp>
 #include <nook/depth/source.hpp>
+#include <nook/depth/source_row.hpp>
 #include <nook/depth/window.hpp>
 #include <nook/execution.hpp>
 #include <nook/image.hpp>
+#include <nook/lanes.hpp>
 #include <nook/measure/error.hpp>
 #include <nook/measure/ssim.hpp>
 #include <nook/outcome.hpp>

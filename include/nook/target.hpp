@@ -47,13 +47,17 @@
 /// level, so that no copy is left for the linker to choose from.
 /// NOOK_NOINLINE is for functions whose rounding two callers must share: code that exists once cannot
 /// be contracted in two ways.
+/// NOOK_INLINE_LAMBDA goes between the parameters and the body of a lambda in an inner loop.
 #if defined(__GNUC__) || defined(__clang__)
 #define NOOK_INLINE [[gnu::always_inline]] inline
+#define NOOK_INLINE_LAMBDA __attribute__((always_inline))
 #define NOOK_NOINLINE [[gnu::noinline]]
 #elif defined(_MSC_VER)
 #define NOOK_INLINE __forceinline
+#define NOOK_INLINE_LAMBDA
 #define NOOK_NOINLINE __declspec(noinline)
 #else
 #define NOOK_INLINE inline
+#define NOOK_INLINE_LAMBDA
 #define NOOK_NOINLINE
 #endif

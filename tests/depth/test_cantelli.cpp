@@ -69,6 +69,16 @@ TEST_CASE("two depths with a bias of 1/100 give the nine-sample fractions")
     }
 }
 
+TEST_CASE("the range check leaves half of the shade at its range, a fifth at twice that")
+{
+    const Rational open(1, 9), range(7, 3);
+    CHECK(nook::range_checked<Rational>(open, 0, range) == open);
+    CHECK(nook::range_checked<Rational>(open, range, range) == 1 - Rational(8, 9) / 2);
+    CHECK(nook::range_checked<Rational>(open, -range, range) == 1 - Rational(8, 9) / 2);
+    CHECK(nook::range_checked<Rational>(open, 2 * range, range) == 1 - Rational(8, 9) / 5);
+    CHECK(nook::range_checked<Rational>(1, 2 * range, range) == 1);
+}
+
 TEST_CASE("a distance between two depths gives the nine-sample fractions")
 {
     const Rational expected[] = {{32, 81}, {56, 81}, {8, 9}, {80, 81}, 1, 1, 1, 1};

@@ -494,22 +494,35 @@ TEST_CASE("the bias brightens relief below its root and removes nothing above it
 
 TEST_CASE("the range check fades shade by the distance of the mean, or drops samples")
 {
-    // A pillar 5 in front of a wall: a halo on the wall, gone with either check.
+    // A pillar 5 in front of a wall: a halo on the wall. At x = 34 the mean lies 5 · 5 / 15 in front.
     const Image<float> image = make(60, 40, [](int x, int) { return x >= 25 && x < 32 ? 5 : 10; });
     const float halo = visibility(image, plain(15))(34, 20);
-    CHECK(halo < 0.7f);
+    CHECK(halo == doctest::Approx(10.0 / 15).epsilon(1e-6));
     ChebyshevOptions options = plain(15);
-    options.range = 0.5;
-    CHECK(visibility(image, options)(34, 20) == 1);
+    // Half of the shade is left at one range, a fifth at two.
+    for (const double ranges : {1.0, 2.0, 50.0}) {
+        options.range = 5.0 * 5 / 15 / ranges;
+        const double expected = 1 - (1 - 10.0 / 15) / (1 + ranges * ranges);
+        CHECK(visibility(image, options)(34, 20) == doctest::Approx(expected).epsilon(1e-6));
+        CHECK(reference(image, options)(34, 20) == doctest::Approx(expected).epsilon(1e-6));
+    }
     CHECK(reference(image, options, {.sample_range = true})(34, 20) == 1);
-    // A range as wide as everything changes nothing.
-    options.range = 100;
+    // A range far beyond everything changes nothing.
+    options.range = 1e12;
     CHECK(visibility(image, options) == visibility(image, plain(15)));
     CHECK(reference(image, options, {.sample_range = true}) == reference(image, plain(15)));
-    // Between one and two ranges, part of the shade stays: here the mean lies 7/3 in front.
-    options.range = 7.0 / 3 / 1.5;
-    CHECK(visibility(image, options)(32, 20) ==
-          doctest::Approx(1 - 0.5 * (1 - visibility(image, plain(15))(32, 20))).epsilon(1e-5));
+}
+
+TEST_CASE("samples out of range leave with their mirror images, so that slopes stay 1 beside steps")
+{
+    // A slope behind a wall: without pairs the samples that are left are one-sided.
+    const Image<float> image =
+        make(60, 40, [](int x, int) { return x < 30 ? 5 : 20 + 0.25 * (60 - x); });
+    ChebyshevOptions options = plain(15);
+    options.range = 3;
+    CHECK(reference(image, options, {.sample_range = true})(31, 20) < 0.9f);
+    const auto paired = reference(image, options, {.sample_range = true, .paired = true});
+    for (int x = 30; x < 45; ++x) CHECK(paired(x, 20) == 1);
 }
 
 TEST_CASE("background is the open share of a window")

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 
 #include <nook/checks.hpp>
 #include <nook/depth/cantelli.hpp>
@@ -16,6 +17,7 @@
 #include <nook/depth/window.hpp>
 #include <nook/execution.hpp>
 #include <nook/image.hpp>
+#include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
 #include <nook/scratch.hpp>
 #include <nook/work_map.hpp>
@@ -46,9 +48,9 @@ struct ChebyshevOptions {
     /// 100 steps² of the depth buffer at the pixel's distance, so that quantised flat ground stays
     /// above 0.99. 0: the plain formula; steps of the buffer then shade like canyons.
     std::optional<double> bias{};
-    /// Range check: distances by which the mean of a window may lie in front of its pixel, > 0.
-    /// Shade fades from all at `range` to none at twice `range`, which removes the halo around near
-    /// objects. Unset: none. The paper gives no formula; this one needs the moments alone.
+    /// Range check: how far the mean of a window may lie in front of its pixel, a distance > 0 at
+    /// which half the shade is left (`range_checked`); it dims the halo around near objects. 1 to 2
+    /// times the radius of the reference gave the least error against ray tracing. Unset: none.
     std::optional<double> range{};
     /// One-sided clamp of equation 3. Without it (equation 2) pixels in front of their window darken
     /// like those behind it.
@@ -62,8 +64,8 @@ struct ExactRefinements {
     /// Applies `range` to each sample: those farther than `range` from the pixel's distance, in
     /// front or behind, leave the window. Needs `range`.
     bool sample_range = false;
-    /// A sample counts only when its mirror image through the pixel is a surface sample too, so that
-    /// planes stay 1 beside background.
+    /// A sample counts only when its mirror image through the pixel counts too (is a surface, and in
+    /// range with `sample_range`), so that planes stay 1 beside background and beside steps.
     bool paired = false;
 };
 
@@ -116,23 +118,81 @@ struct ChebyshevShade {
           range_check{options.range.has_value()},
           clamp{options.clamp}
     {}
-    [[nodiscard]] double bias_at(double distance) const
-    {
-        if (!automatic_bias) return bias;
-        const double spacing = step(distance);
-        return (std::min)(100 * spacing * spacing, 1e300);
-    }
-    [[nodiscard]] double operator()(const WindowMoments<double>& window, double distance) const
+    /// As the formulas stand.
+    [[nodiscard]] double of(const WindowMoments<double>& window, double distance) const
     {
         const double spread = bias_at(distance), deviation = window.deviation;
         double open = clamp ? cantelli_upper_bound(window.variance, deviation, spread)
                             : cantelli_unclamped(window.variance, deviation, spread);
-        if (range_check) {
-            const double fade = 2 - (deviation < 0 ? -deviation : deviation) / range;
-            open = 1 - (1 - open) * (std::min)((std::max)(fade, 0.0), 1.0);
-        }
+        if (range_check) open = range_checked(open, deviation, range);
         const double background = window.background;
         return open + (1 - open) * (background / (background + window.count));
+    }
+    /// Distances may be lanes, here and below.
+    template <class Real>
+    [[nodiscard]] Real bias_at(const Real& distance) const
+    {
+        if (!automatic_bias) return Real{} + bias;
+        const Real spacing = step.at(distance);
+        return smaller(100.0 * spacing * spacing, Real{} + 1e300);
+    }
+    /// From the moments of a window, and the share of background in it.
+    template <class Real, class Open>
+    [[nodiscard]] Real operator()(const Real& distance, const Open& background,
+                                  const Real& variance, const Real& deviation) const
+    {
+        const Real zero{}, one = zero + 1.0;
+        Real behind = larger(deviation, zero);
+        if (!clamp) behind = larger(deviation, -deviation);
+        const Real square = behind * behind;
+        const Real spread = variance + bias_at(distance), total = spread + square;
+        // cantelli_upper_bound in all lanes, without 0/0 in any.
+        const auto shaded = (behind > zero) & (total > zero);
+        Real open = shaded ? spread / (shaded ? total : one) : one;
+        if (range_check) {
+            const Real ranges = deviation / range;
+            open = 1.0 - (1.0 - open) / (1.0 + ranges * ranges);
+        }
+        if constexpr (std::is_same_v<Open, NoBackground>) return open;
+        else return open + (1.0 - open) * background;
+    }
+};
+
+/// Writes visibility, and counts the pixels that have none of their own.
+template <class T>
+struct ChebyshevOutput {
+    using Value = std::remove_cv_t<T>;
+    static constexpr int results = 1;
+
+    ChebyshevShade to_visibility;
+    const ImageView<T>& visibility;
+    const WorkMap& work_map;
+
+    template <class Real, class Open>
+    void shade(const Real& distance, const Real&, const Open& background, const Real& variance,
+               const Real& deviation, Real* result) const
+    {
+        *result = to_visibility(distance, background, variance, deviation);
+    }
+    /// `distances` is null where there is no background.
+    template <class Distance>
+    void row(Work& work, int y, int x, int width, const Value* values, std::ptrdiff_t,
+             const Distance* distances) const
+    {
+        if (distances == nullptr && work_map.everything() && visibility.pixel_stride == 1) {
+            std::copy_n(values, width, &visibility(x, y));
+            return;
+        }
+        int background = 0, skipped = 0;
+        for (int i = 0; i < width; ++i) {
+            const bool surface = distances == nullptr || distances[i] > 0;
+            const bool wanted = work_map.is_active(x + i, y);
+            visibility(x + i, y) = surface && wanted ? values[i] : Value{1};
+            background += !surface;
+            skipped += surface && !wanted;
+        }
+        work.background += static_cast<std::uint64_t>(background);
+        work.skipped += static_cast<std::uint64_t>(skipped);
     }
 };
 
@@ -169,7 +229,7 @@ struct ChebyshevWindow {
     template <class Distance>
     [[nodiscard]] auto fixed_filter(int width, int height, Border border) const
     {
-        return BlockMoments<Distance, double>{width, height, 2 * (*this)(1).x + 1, border};
+        return BlockMoments<Distance>{width, height, 2 * (*this)(1).x + 1, border};
     }
     template <class Distance>
     [[nodiscard]] auto variable_filter(int width, int height, Border border) const
@@ -244,40 +304,22 @@ Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
     const detail::ChebyshevShade shade{options, source.step};
     const detail::ChebyshevWindow window{options, projection};
 
-    const auto write = [&](Work& work, int x, int y, double distance, auto&& shaded) {
-        double value = 1;
-        if (!(distance > 0)) ++work.background;
-        else if (!work_map.is_active(x, y)) ++work.skipped;
-        else value = shaded();
-        visibility(x, y) = static_cast<Value>(value);
-    };
+    const detail::ChebyshevOutput<Value> output{shade, visibility, work_map};
     Outcome outcome{};
     if (window.fixed()) {
         outcome = window.template fixed_filter<distance_t<Depth>>(width, height, options.border)
-                      .run(
-                          source,
-                          [&](Work& work, int y, int first, int size, const auto& row) {
-                              const int radius = window(1).x;
-                              const detail::Span down =
-                                  detail::window_span(y, radius, height, options.border);
-                              for (int i = 0; i < size; ++i)
-                                  write(work, first + i, y, double{row.distance[i]}, [&] {
-                                      const detail::Span across = detail::window_span(
-                                          first + i, radius, width, options.border);
-                                      const std::int32_t count = row.count[i];
-                                      return shade({count, detail::samples_in(across, down) - count,
-                                                    row.m2[i] / count, row.deviation(i)},
-                                                   double{row.distance[i]});
-                                  });
-                          },
-                          scratch, executor);
+                      .run(source, output, scratch, executor);
     } else {
         outcome = window.template variable_filter<distance_t<Depth>>(width, height, options.border)
                       .run(
                           source, window, [&](double distance) { return shade.bias_at(distance); },
                           [&](int x, int y) { return work_map.is_active(x, y); },
                           [&](Work& work, int x, int y, double distance, const auto& moments) {
-                              write(work, x, y, distance, [&] { return shade(moments, distance); });
+                              const double total = moments.count + moments.background;
+                              const Value value =
+                                  static_cast<Value>(shade(distance, moments.background / total,
+                                                           moments.variance, moments.deviation));
+                              output.row(work, y, x, 1, &value, 0, &distance);
                           },
                           scratch, executor);
     }
@@ -324,19 +366,21 @@ Outcome chebyshev_ao_reference(const Depth& depth, const ImageView<Value>& visib
                 const detail::Span columns =
                     detail::window_span(x, radius.x, width, options.border);
                 const detail::Span rows = detail::window_span(y, radius.y, height, options.border);
+                const auto in_range = [&](double distance) {
+                    return distance > 0 && (!refinements.sample_range ||
+                                            std::fabs(distance - double{centre}) <= *options.range);
+                };
                 const auto keep = [&](int at_x, int at_y, double distance) {
-                    if (refinements.sample_range &&
-                        std::fabs(distance - double{centre}) > *options.range)
-                        return false;
+                    if (!in_range(distance)) return false;
                     if (!refinements.paired) return true;
                     const int mirror_x = 2 * x - at_x, mirror_y = 2 * y - at_y;
                     return mirror_x >= columns.first && mirror_x <= columns.last &&
                            mirror_y >= rows.first && mirror_y <= rows.last &&
-                           surface_distance(source, mirror_x, mirror_y) > 0;
+                           in_range(surface_distance(source, mirror_x, mirror_y));
                 };
                 const auto moments =
                     detail::direct_moments<double>(source, centre, columns, rows, keep);
-                value = shade(moments, double{centre});
+                value = shade.of(moments, double{centre});
             }
             visibility(x, y) = static_cast<Value>(value);
         }

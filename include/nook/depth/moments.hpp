@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include <nook/checks.hpp>
 #include <nook/depth/moments_block.hpp>
@@ -30,7 +32,7 @@ struct MomentsOptions {
 };
 
 /// Where the moments go: each view has the size of the depth, or is empty and costs nothing. At
-/// background pixels all of them are 0.
+/// background pixels all of them are 0. Squares that leave the range of Value become its largest.
 template <class Value>
 struct BoxMoments {
     /// Surface samples in the window.
@@ -41,7 +43,7 @@ struct BoxMoments {
     ImageView<Value> deviation{};
     /// M1, the mean.
     ImageView<Value> mean{};
-    /// M2, the mean square: overflows to the largest Value where the squares leave its range.
+    /// M2, the mean square.
     ImageView<Value> mean_square{};
 };
 
@@ -82,7 +84,7 @@ template <DepthInput Depth>
 [[nodiscard]] std::size_t box_moments_scratch_size(const Depth& depth,
                                                    const MomentsOptions& options, int workers)
 {
-    using Filter = detail::BlockMoments<distance_t<Depth>, double>;
+    using Filter = detail::BlockMoments<distance_t<Depth>>;
     const auto& image = depth_source(depth).image;
     if (workers < 1 || detail::check_moments_window(options)) return 0;
     return Filter{image.width, image.height, options.window, options.border}.scratch_size(workers);
@@ -125,46 +127,70 @@ template <class Source, class Value>
     return first;
 }
 
-/// Writes what was asked for at one pixel.
+/// Writes what was asked for at one pixel. What leaves the range of Value becomes the largest.
 template <class Value>
 void write_moments(const BoxMoments<Value>& moments, int x, int y, std::int32_t count,
                    double variance, double deviation, double distance)
 {
-    if (moments.count.data) moments.count(x, y) = count;
-    if (moments.variance.data) moments.variance(x, y) = static_cast<Value>(variance);
-    if (moments.deviation.data) moments.deviation(x, y) = static_cast<Value>(deviation);
-    const double mean = distance - deviation;
-    if (moments.mean.data) moments.mean(x, y) = static_cast<Value>(mean);
-    if (moments.mean_square.data) {
-        const double square = mean * mean + variance;
+    const auto write = [&](const ImageView<Value>& image, double value) {
         constexpr Value largest = (std::numeric_limits<Value>::max)();
-        moments.mean_square(x, y) = square < double{largest} ? static_cast<Value>(square) : largest;
-    }
+        if (image.data) image(x, y) = value < double{largest} ? static_cast<Value>(value) : largest;
+    };
+    if (moments.count.data) moments.count(x, y) = count;
+    const double mean = distance - deviation;
+    write(moments.variance, variance);
+    write(moments.deviation, deviation);
+    write(moments.mean, mean);
+    write(moments.mean_square, mean * mean + variance);
 }
 
-/// Runs a filter that delivers rows of moments, and writes them.
+/// Writes what a filter delivers.
+template <class T>
+struct MomentsOutput {
+    using Value = double;
+    static constexpr int results = 4;
+
+    const BoxMoments<T>& moments;
+
+    template <class Real, class Open>
+    void shade(const Real& distance, const Real& count, const Open&, const Real& variance,
+               const Real& deviation, Real* result) const
+    {
+        result[0] = distance;
+        result[1] = count;
+        result[2] = variance;
+        result[3] = deviation;
+    }
+    template <class Distance>
+    void row(Work& work, int y, int x, int width, const double* values, std::ptrdiff_t pitch,
+             const Distance* distances) const
+    {
+        for (int i = 0; i < width; ++i) {
+            const auto result = [&](int which) { return values[which * pitch + i]; };
+            if (distances == nullptr || distances[i] > 0) {
+                write_moments(moments, x + i, y, static_cast<std::int32_t>(result(1)), result(2),
+                              result(3), result(0));
+            } else {
+                write_moments(moments, x + i, y, 0, 0, 0, 0);
+                ++work.background;
+            }
+        }
+    }
+};
+
 template <class Filter, class Source, class Value, class S, class E>
 Outcome run_moments(const Source& source, const BoxMoments<Value>& moments,
                     const MomentsOptions& options, S&& scratch, E&& executor)
 {
     Outcome outcome{};
     outcome.error = check_moments(source, moments, options);
+    const int width = source.image.width, height = source.image.height;
     if (!outcome || source.image.empty()) return outcome;
-    const Filter filter{source.image.width, source.image.height, options.window, options.border};
-    const auto write_row = [&](Work& work, int y, int first, int width, const auto& row) {
-        for (int i = 0; i < width; ++i) {
-            if (row.distance[i] > 0) {
-                write_moments(moments, first + i, y, row.count[i], row.m2[i] / row.count[i],
-                              row.deviation(i), double{row.distance[i]});
-            } else {
-                write_moments(moments, first + i, y, 0, 0, 0, 0);
-                ++work.background;
-            }
-        }
-        work.pixels += static_cast<std::uint64_t>(width);
-    };
-    outcome = filter.run(source, write_row, scratch, executor);
-    if (outcome) outcome.work.passes = 1;
+    const Filter filter{width, height, options.window, options.border};
+    outcome = filter.run(source, MomentsOutput<Value>{moments}, scratch, executor);
+    if (!outcome) return outcome;
+    outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    outcome.work.passes = 1;
     return outcome;
 }
 
@@ -174,7 +200,7 @@ template <DepthInput Depth, class Value, ScratchSource S, Executor E>
 Outcome box_moments(const Depth& depth, const BoxMoments<Value>& moments,
                     const MomentsOptions& options, S&& scratch, E&& executor)
 {
-    return detail::run_moments<detail::BlockMoments<distance_t<Depth>, double>>(
+    return detail::run_moments<detail::BlockMoments<distance_t<Depth>>>(
         depth_source(depth), moments, options, scratch, executor);
 }
 

@@ -4,29 +4,37 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <nook/depth/moments_rows.hpp>
-#include <nook/depth/source.hpp>
+#include <nook/depth/moments_strip.hpp>
+#include <nook/depth/moments_sums.hpp>
+#include <nook/depth/source_row.hpp>
 #include <nook/depth/window.hpp>
+#include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
 #include <nook/scratch.hpp>
 #include <nook/tasks.hpp>
 
 namespace nook::inline NOOK_TARGET::detail {
 
-/// Box moments in constant time per pixel. An axis is cut into blocks of k samples at multiples of
-/// k; a window of k samples is then a suffix of one block and a prefix of the next (van Herk 1992,
-/// Gil & Werman 1993, with sums for maxima). Suffixes and prefixes grow by one sample at a time and
-/// never shrink: no subtraction, no drift, and every rounding depends on the position alone, so any
-/// cut of the image into tasks gives the same bits. Windows that shrink at the border are prefixes or
-/// suffixes of the whole axis.
+/// Box moments in constant time per pixel, in one pass over the image.
 ///
-/// Rows first, then columns over rows of parts. A task covers a strip of columns and a run of
-/// blocks, the top or the bottom border.
-template <class Distance, class Accumulator>
+/// An axis is cut into blocks of less than k samples; the windows that begin in a block are a suffix
+/// of it and a prefix of what follows (van Herk 1992, Gil & Werman 1993, with sums for maxima). Both
+/// grow by one sample at a time and never shrink: no subtraction, no drift. All sums are taken about
+/// the distance of one surface sample of the window itself, the last of its block, so that relief far
+/// smaller than the distance keeps its variance and no sample changes a window that it is not in.
+/// Every rounding depends on the position alone, so any cut into tasks gives the same bits.
+///
+/// Columns first: a strip keeps the suffixes of one block of rows, and each new row turns into the
+/// moments of the columns of its windows, which never leave the cache. Rows follow at once. For that
+/// the columns of a strip are dealt to the lanes in runs, lane l taking columns l·L … l·L + L − 1:
+/// then a step along the row is the same instruction for all lanes, and a window that leaves a lane
+/// goes on in the next.
+///
+/// Windows that shrink at the border are prefixes or suffixes of the whole axis. Rows without
+/// background need no counts; with background the same sums are formed in the same order, so a window
+/// has the same bits whichever way its row was filtered.
+template <class Distance, int lanes = native_lanes>
 class BlockMoments {
-    using Row = PartRow<Distance, Accumulator>;
-    using Columns = ColumnSums<Distance, Accumulator>;
-
 public:
     BlockMoments(int width, int height, int window, Border border)
         : width_{width},
@@ -36,42 +44,76 @@ public:
           border_{border},
           across_{axis(width)},
           down_{axis(height)},
-          slots_{(std::min)(window, height)},
-          // Wide enough that the 2 r columns beside a strip weigh little, narrow enough for the cache.
-          strip_{(std::min)(width, (std::max)({512, 2 * window, 32768 / window}))},
-          strips_{pieces(width, (std::max)(strip_, 1))},
-          // A run of blocks filters the rows of one block more than it delivers.
-          run_{(std::max)(1, 256 / window)},
-          runs_{pieces(pieces(down_.interior, window), run_)}
-    {}
+          slots_{(std::min)(window, height)}
+    {
+        // Short blocks of rows have few suffixes to keep; the whole blocks between suffix and prefix
+        // cost one more addition per sample.
+        constexpr int longest = 40;
+        const int reach = (std::max)(1, window - 1);
+        block_ = reach / pieces(reach, longest);
+        shared_blocks_ = reach / block_ - 1;
+        if (down_.interior == 0) {
+            block_ = 1;
+            shared_blocks_ = 0;
+        }
+        // A strip reads k − 1 columns more than it delivers. It is as wide as a core's own cache
+        // allows.
+        const std::size_t column =
+            sizeof(Distance) * static_cast<std::size_t>(slots_) +
+            sizeof(double) * static_cast<std::size_t>(2 * block_ + 4 * shared_blocks_) + 150;
+        const int fitting = static_cast<int>(cache / column);
+        const int wanted = (std::max)({fitting - window + 1, window, 256});
+        const int strips = (std::max)(1, (across_.interior + wanted / 2) / wanted);
+        starts_ = pieces(across_.interior, strips);
+        strips_ = starts_ > 0 ? pieces(across_.interior, starts_) : 1;
+        const int columns = starts_ > 0 ? starts_ + window - 1 : width;
+        steps_ = pieces(dealt((std::max)(columns, 1)).steps(), lanes) * lanes;
+        run_ = (std::max)(1, 64 / block_);
+        runs_ = pieces(pieces(down_.interior, block_), run_);
+    }
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
     {
         return task_scratch_size(layout(), workers);
     }
 
-    /// Delivers each row of moments once: consume(work, y, x, width, row) for pixels x … x + width − 1
-    /// of row y. `work` is the calling worker's own, and their sum is returned.
+    /// Delivers each pixel once. `consume` has `using Value`, a float or double, and `results`, how
+    /// many it wants per pixel; for lanes of pixels
+    ///     shade(distance, count, open, variance, deviation, results)
+    /// turns the moments (count: surface samples; open: the share of background in the window, or
+    /// NoBackground) into results, and
+    ///     row(work, y, x, width, results, pitch, distances)
+    /// takes them for pixels x … x + width − 1 of row y: result i of a pixel lies i · pitch further on;
+    /// distances are 0 for background, whose results mean nothing, and null where there is none.
+    /// `work` is the calling worker's own, and their sum is returned.
     template <class Source, class Consume, class S, class E>
     Outcome run(const Source& source, const Consume& consume, S&& scratch, E&& executor) const
     {
+        static_assert(Consume::results <= most_results && sizeof(typename Consume::Value) <= 8);
         const auto run_task = [&](Work& work, const Memory& all, int task, int worker) {
-            const int first = task % strips_ * strip_, part = task / strips_;
-            Task<Source, Consume> strip{*this,
-                                        source,
-                                        consume,
-                                        work,
-                                        all.of(worker, *this),
-                                        first,
-                                        (std::min)(strip_, width_ - first)};
-            if (part == 0) strip.top();
-            else if (part == 1) strip.bottom();
-            else strip.blocks((part - 2) * run_);
+            const int strip = window_ == 1 ? 0 : task % strips_, part = task / strips_;
+            MomentsStrip<BlockMoments, Source, Consume> mine{
+                *this, source, consume, work, all.of(worker, *this), strip};
+            if (window_ == 1) mine.single_row(task);
+            else if (part == 0) mine.top();
+            else if (part == 1) mine.bottom();
+            else mine.blocks((part - 2) * run_);
         };
-        return run_tasks(strips_ * (runs_ + 2), layout(), run_task, scratch, executor);
+        const int tasks = window_ == 1 ? height_ : strips_ * (runs_ + 2);
+        return run_tasks(tasks, layout(), run_task, scratch, executor);
     }
 
 private:
+    template <class, class, class>
+    friend class MomentsStrip;
+    template <class, class, class>
+    friend class MomentsRows;
+
+    static constexpr int lane_count = lanes;
+    static constexpr int most_results = 4;
+    /// Bytes that a strip may keep.
+    static constexpr std::size_t cache = 640 * 1024;
+
     /// How the windows along an axis of `size` samples fall: `prefixes` that begin at 0, `interior`
     /// ones of k samples, and the rest, which end at the last sample.
     struct Axis {
@@ -82,205 +124,121 @@ private:
         if (size >= window_) return {radius_, size - window_ + 1};
         return {border_ == Border::symmetric ? (size + 1) / 2 : (std::min)(radius_ + 1, size), 0};
     }
+    /// How the columns of a strip are dealt: each lane gets `blocks` blocks of `size`.
+    struct Dealt {
+        int size, blocks;
+        [[nodiscard]] int steps() const { return size * blocks; }
+    };
+    /// Blocks such that what their windows share is soon added up, and few columns are left over.
+    [[nodiscard]] Dealt dealt(int columns) const
+    {
+        const int each = pieces(columns, lanes), reach = (std::max)(1, window_ - 1);
+        Dealt best{1, each};
+        double least = 1e300;
+        for (int blocks = pieces(each, reach); blocks <= (std::min)(each, 64); ++blocks) {
+            const int size = pieces(each, blocks), shared = reach - size;
+            const double cost = blocks * (8.0 * size + 1.5 * (shared / size + shared % size) + 2);
+            if (cost >= least) continue;
+            least = cost;
+            best = {size, blocks};
+        }
+        return best;
+    }
 
-    /// One worker's memory.
+    /// One worker's memory. Arrays hold `lanes` values a step.
     struct Memory {
-        Distance* samples;  ///< a decoded row and what its windows reach, 0 = background
-        Row suffix;         ///< of the block of a row in hand
-        Row ring;           ///< rows of parts; row y lies in slot y % slots_
-        Columns columns;
-        Row result;
+        Distance* samples;       ///< a row in the order of its columns
+        Distance* ring;          ///< decoded rows; row y lies in slot y % slots_
+        Background* background;  ///< of each slot
+        Distance* centre;        ///< the pixels that a row of windows is about
+        double* suffixes;        ///< per row of a block: sums and sums of squares of the rest of it
+        float* suffix_count;     ///< their counts, where there is background
+        SumsRow<lanes> suffix;   ///< the longest of them
+        SumsRow<lanes> prefix;   ///< of the rows after the block, about the block's pivots
+        SumsRow<lanes> own;      ///< of the same rows, or of a border's, about the first of them
+        SumsRow<lanes> totals;   ///< of the whole blocks that all windows of a block share
+        bool* total_holes;
+        SumsRow<lanes> columns;  ///< of the columns of a row of windows
+        SumsRow<lanes> across;   ///< suffixes of the blocks of a row
+        SumsRow<lanes> edge;     ///< windows at the left or right border
+        double* edge_area;       ///< samples in them, background and all
+        std::byte* results;
+        std::byte* natural;  ///< results in the order of their pixels
 
         [[nodiscard]] Memory of(int worker, const BlockMoments& filter) const
         {
-            const auto strip = static_cast<std::ptrdiff_t>(filter.strip_);
-            const auto slots = static_cast<std::ptrdiff_t>(filter.slots_);
+            const std::ptrdiff_t row = filter.row_size(), steps = filter.steps_ + 1, at = worker;
             Memory mine = *this;
-            mine.samples += worker * filter.sample_count();
-            mine.suffix = suffix.row(worker, filter.suffix_count());
-            mine.ring = ring.row(worker * slots, filter.strip_);
-            mine.columns = {columns.pivot.row(worker, filter.strip_), columns.sum + worker * strip,
-                            columns.squares + worker * strip};
-            mine.result = result.row(worker, filter.strip_);
+            mine.samples += at * row;
+            mine.ring += at * filter.slots_ * row;
+            mine.background += at * filter.slots_;
+            mine.centre += at * row;
+            mine.suffixes += at * filter.block_ * 2 * row;
+            mine.suffix_count += at * filter.block_ * row;
+            for (SumsRow<lanes>* sums :
+                 {&mine.suffix, &mine.prefix, &mine.own, &mine.columns, &mine.across})
+                *sums = sums->from(at * steps);
+            mine.totals = totals.from(at * steps * filter.shared_blocks_);
+            mine.total_holes += at * filter.shared_blocks_;
+            mine.edge = edge.from(at * filter.edge_steps());
+            mine.edge_area += at * filter.edge_steps() * lanes;
+            mine.results += at * filter.result_size();
+            mine.natural += at * filter.result_size();
             return mine;
         }
     };
-
-    [[nodiscard]] std::ptrdiff_t sample_count() const
+    /// Values in a row of a strip. A place in the last lane reads up to one step further.
+    [[nodiscard]] std::ptrdiff_t row_size() const { return std::ptrdiff_t{steps_ + 1} * lanes; }
+    [[nodiscard]] int edge_steps() const
     {
-        return (std::min)(width_, strip_ + 2 * window_);
+        return pieces(width_ < window_ ? width_ : radius_, lanes) + 1;
     }
-    [[nodiscard]] int suffix_count() const { return (std::min)(window_, width_); }
+    [[nodiscard]] std::ptrdiff_t result_size() const
+    {
+        return (std::max)(row_size(), std::ptrdiff_t{edge_steps()} * lanes) *
+               std::ptrdiff_t{sizeof(double) * most_results};
+    }
     [[nodiscard]] auto layout() const
     {
         return [this](ScratchLayout& block, std::size_t workers) -> Memory {
-            const auto slots = static_cast<std::size_t>(slots_);
-            const auto strip = static_cast<std::size_t>(strip_);
-            return {block.take<Distance>(workers * static_cast<std::size_t>(sample_count())),
-                    Row::take(block, workers * static_cast<std::size_t>(suffix_count())),
-                    Row::take(block, workers * slots * strip),
-                    Columns::take(block, workers * strip), Row::take(block, workers * strip)};
+            const auto size = [&](std::ptrdiff_t each) {
+                return workers * static_cast<std::size_t>(each);
+            };
+            const auto sums = [&](std::ptrdiff_t steps) {
+                return SumsRow<lanes>::take(block, size(steps));
+            };
+            const std::ptrdiff_t row = row_size(), steps = steps_ + 1;
+            return {block.take<Distance>(size(row)),
+                    block.take<Distance>(size(row * slots_)),
+                    block.take<Background>(size(slots_)),
+                    block.take<Distance>(size(row)),
+                    block.take<double>(size(row * block_ * 2)),
+                    block.take<float>(size(row * block_)),
+                    sums(steps),
+                    sums(steps),
+                    sums(steps),
+                    sums(steps * shared_blocks_),
+                    block.take<bool>(size(shared_blocks_)),
+                    sums(steps),
+                    sums(steps),
+                    sums(edge_steps()),
+                    block.take<double>(size(std::ptrdiff_t{edge_steps()} * lanes)),
+                    block.take<std::byte>(size(result_size())),
+                    block.take<std::byte>(size(result_size()))};
         };
     }
-
-    template <class Source, class Consume>
-    struct Task {
-        const BlockMoments& filter;
-        const Source& source;
-        const Consume& consume;
-        Work& work;
-        Memory memory;
-        int first;  ///< column
-        int width;  ///< columns
-
-        [[nodiscard]] Row slot(int y) const
-        {
-            return memory.ring.row(y % filter.slots_, filter.strip_);
-        }
-
-        /// Windows that begin at row 0.
-        void top()
-        {
-            memory.columns.clear(width);
-            int added = 0;
-            for (int y = 0; y < filter.down_.prefixes; ++y) {
-                const Span rows = window_span(y, filter.radius_, filter.height_, filter.border_);
-                for (; added <= rows.last; ++added) add(added);
-                deliver(y);
-            }
-        }
-        /// Windows that end at the last row.
-        void bottom()
-        {
-            memory.columns.clear(width);
-            int added = filter.height_ - 1;
-            for (int y = added; y >= filter.down_.prefixes + filter.down_.interior; --y) {
-                const Span rows = window_span(y, filter.radius_, filter.height_, filter.border_);
-                for (; added >= rows.first; --added) add(added);
-                deliver(y);
-            }
-        }
-        void add(int y)
-        {
-            filter_row(y, slot(y));
-            memory.columns.add(slot(y), width);
-        }
-        void deliver(int y)
-        {
-            for (int i = 0; i < width; ++i) memory.result.set(i, memory.columns.part(i));
-            hand_over(y);
-        }
-        void hand_over(int y)
-        {
-            Row row = memory.result;
-            row.distance = slot(y).distance;
-            consume(work, y, first, width, row);
-        }
-
-        /// Full windows that begin in one of the blocks from `block` on.
-        void blocks(int block)
-        {
-            const int k = filter.window_;
-            const int end = (std::min)((block + filter.run_) * k, filter.down_.interior);
-            for (int i = 0; i < k; ++i) filter_row(block * k + i, slot(i));
-            for (int start = block * k; start < end; start += k) {
-                suffixes();
-                memory.columns.clear(width);
-                for (int i = 0; i < k && start + i < end; ++i) {
-                    const Row suffix = slot(i);
-                    for (int x = 0; x < width; ++x)
-                        memory.result.set(x, merge(suffix.part(x), memory.columns.part(x)));
-                    hand_over(start + i + filter.radius_);
-                    // The next window, or the next block, takes in this row of the next block.
-                    if (start + i + 1 < end) add(start + k + i);
-                }
-            }
-        }
-        /// Turns the rows of a block into suffixes: slot i then holds rows i … k − 1.
-        void suffixes()
-        {
-            memory.columns.clear(width);
-            for (int i = filter.window_ - 1; i >= 0; --i) {
-                const Row row = slot(i);
-                memory.columns.add(row, width);
-                for (int x = 0; x < width; ++x) row.set(x, memory.columns.part(x));
-            }
-        }
-
-        /// The parts of the windows along row y.
-        void filter_row(int y, const Row& out)
-        {
-            const int k = filter.window_, end = first + width, size = filter.width_;
-            const int prefixes = filter.across_.prefixes;
-            const int interior_end = prefixes + filter.across_.interior;
-            // Windows at the border reach to the end of the axis; all others k around.
-            const int from = first < prefixes ? 0 : (std::max)(0, first - filter.radius_);
-            const int to = (std::min)(size, end + filter.radius_);
-            decode(y, from, to, out);
-
-            if (first < prefixes) prefix_windows((std::min)(end, prefixes), out);
-            if (end > interior_end) suffix_windows(y, (std::max)(first, interior_end), out);
-            const int begin = (std::max)(first, prefixes), stop = (std::min)(end, interior_end);
-            // Windows by the sample that they begin with.
-            for (int start = begin - filter.radius_; start < stop - filter.radius_;) {
-                const int block = start / k * k;
-                const int last = (std::min)(block + k, stop - filter.radius_);
-                block_windows(block, start, last, from, out);
-                start = last;
-            }
-        }
-        void decode(int y, int from, int to, const Row& out)
-        {
-            for (int x = from; x < to; ++x)
-                memory.samples[x - from] = surface_distance(source, x, y);
-            for (int i = 0; i < width; ++i) out.distance[i] = memory.samples[first + i - from];
-        }
-        void prefix_windows(int end, const Row& out)
-        {
-            PivotSums<Distance, Accumulator> sums;
-            int added = 0;
-            for (int x = 0; x < end; ++x) {
-                const Span columns = window_span(x, filter.radius_, filter.width_, filter.border_);
-                for (; added <= columns.last; ++added) sums.add(memory.samples[added]);
-                if (x >= first) out.set(x - first, sums.part());
-            }
-        }
-        /// These begin left of what the strip has decoded when the strip is narrow: read the source.
-        void suffix_windows(int y, int begin, const Row& out)
-        {
-            PivotSums<Distance, Accumulator> sums;
-            int added = filter.width_ - 1;
-            for (int x = filter.width_ - 1; x >= begin; --x) {
-                const Span columns = window_span(x, filter.radius_, filter.width_, filter.border_);
-                for (; added >= columns.first; --added)
-                    sums.add(surface_distance(source, added, y));
-                if (x < first + width) out.set(x - first, sums.part());
-            }
-        }
-        /// Windows that begin at start … last − 1, all in the block of k samples from `block` on.
-        void block_windows(int block, int start, int last, int from, const Row& out)
-        {
-            PivotSums<Distance, Accumulator> suffix, prefix;
-            for (int s = block + filter.window_ - 1; s >= start; --s) {
-                suffix.add(memory.samples[s - from]);
-                if (s < last) memory.suffix.set(s - block, suffix.part());
-            }
-            const int next = block + filter.window_;
-            for (int s = next; s < start + filter.window_; ++s)
-                prefix.add(memory.samples[s - from]);
-            for (int s = start; s < last; ++s) {
-                out.set(s + filter.radius_ - first,
-                        merge(memory.suffix.part(s - block), prefix.part()));
-                if (s + 1 < last) prefix.add(memory.samples[s + filter.window_ - from]);
-            }
-        }
-    };
 
     int width_, height_, window_, radius_;
     Border border_;
     Axis across_, down_;
-    int slots_;  ///< rows that a task keeps: those of a window, or all there are
-    int strip_, strips_, run_, runs_;
+    int slots_;          ///< rows that a strip keeps: those of a window, or all there are
+    int block_;          ///< rows in a block
+    int shared_blocks_;  ///< whole blocks after a block that are in all of its windows
+    int starts_;         ///< full windows along a row of a strip
+    int strips_;
+    int steps_;  ///< columns of a lane, rounded up to a multiple of the lanes
+    int run_;    ///< blocks in a task
+    int runs_;
 };
 
 }  // namespace nook::inline NOOK_TARGET::detail

@@ -1,153 +1,268 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 
-#include <nook/depth/source.hpp>
+#include <nook/depth/moments_sums.hpp>
 #include <nook/depth/window.hpp>
+#include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
-#include <nook/scratch.hpp>
+#include <nook/tasks.hpp>
 
-/// What the two filters that deliver moments row by row share.
 namespace nook::inline NOOK_TARGET::detail {
 
-/// The moments of a set of samples: how many, a pivot that is one of them, the mean minus the pivot,
-/// and the sum of squared distances from the mean. The mean is never written as one number, so that
-/// means of far surfaces can be subtracted without loss.
-template <class Distance, class Accumulator>
-struct Part {
-    std::int32_t count;
-    Distance pivot;
-    Accumulator offset;
-    Accumulator m2;
-};
+/// The second half of BlockMoments: from the sums of the columns of a row of windows to the windows,
+/// and to results in the order of their pixels.
+template <class Filter, class Source, class Consume>
+class MomentsRows {
+protected:
+    static constexpr int lanes = Filter::lane_count;
+    using Distance = typename Source::Distance;
+    using Memory = typename Filter::Memory;
+    using Real = Lanes<double, lanes>;
+    using Set = Sums<lanes>;
+    using Row = SumsRow<lanes>;
+    using Value = typename Consume::Value;
 
-/// Sums over samples taken about the first of them.
-template <class Distance, class Accumulator>
-struct PivotSums {
-    std::int32_t count = 0;
-    Distance pivot = 0;
-    Accumulator sum = 0;
-    Accumulator squares = 0;
+    MomentsRows(const Filter& filter, const Consume& consume, Work& work, const Memory& memory,
+                int strip)
+        : filter_{filter},
+          consume_{consume},
+          work_{work},
+          memory_{memory},
+          first_{strip * filter.starts_},
+          starts_{(std::min)(filter.starts_, filter.across_.interior - first_)},
+          columns_{starts_ > 0 ? starts_ + filter.window_ - 1 : filter.width_},
+          size_{filter.dealt(columns_).size},
+          steps_{filter.dealt(columns_).steps()},
+          leftmost_{strip == 0},
+          rightmost_{strip == filter.strips_ - 1}
+    {
+        // Lanes run on past the last column, and places past the last step.
+        clear_unused_samples();
+        memory_.columns.from(steps_).clear(1);
+        memory_.across.from(steps_).clear(1);
+    }
 
-    void add(Distance distance)
+    /// A row of the ring.
+    [[nodiscard]] Distance* row(int y) const
     {
-        if (!(distance > 0)) return;  // background
-        if (count == 0) pivot = distance;
-        const Accumulator difference =
-            static_cast<Accumulator>(distance) - static_cast<Accumulator>(pivot);
-        ++count;
-        sum += difference;
-        squares += difference * difference;
+        return memory_.ring + (y % filter_.slots_) * filter_.row_size();
     }
-    /// The pivot lies among the samples, so (mean − pivot)² ≤ (n − 1) σ² (Samuelson) and the
-    /// subtraction loses at most a factor n.
-    [[nodiscard]] Part<Distance, Accumulator> part() const
+    [[nodiscard]] NOOK_INLINE static Real distances(const Distance* row, int step)
     {
-        const Accumulator offset = sum / static_cast<Accumulator>(count > 0 ? count : 1);
-        const Accumulator m2 = squares - sum * offset;
-        return {count, pivot, offset, m2 > 0 ? m2 : Accumulator{0}};
+        return convert<double>(load<lanes>(row + step * lanes));
     }
-};
+    void clear_unused_samples()
+    {
+        std::fill(memory_.samples + columns_, memory_.samples + filter_.row_size(), Distance{0});
+    }
 
-/// The union of two disjoint sets (Chan, Golub & LeVeque 1983): sums of non-negative terms only.
-template <class Distance, class Accumulator>
-[[nodiscard]] Part<Distance, Accumulator> merge(const Part<Distance, Accumulator>& a,
-                                                const Part<Distance, Accumulator>& b)
-{
-    if (a.count == 0) return b;
-    if (b.count == 0) return a;
-    const Accumulator delta =
-        (static_cast<Accumulator>(b.pivot) - static_cast<Accumulator>(a.pivot)) +
-        (b.offset - a.offset);
-    const auto count = static_cast<Accumulator>(a.count + b.count);
-    const Accumulator share = static_cast<Accumulator>(b.count) / count;
-    return {a.count + b.count, a.pivot, a.offset + delta * share,
-            a.m2 + b.m2 + delta * delta * (static_cast<Accumulator>(a.count) * share)};
-}
-
-/// A row of parts as separate arrays, and the distances of its pixels (0 = background).
-template <class Distance, class Accumulator>
-struct PartRow {
-    Distance* distance;
-    std::int32_t* count;
-    Distance* pivot;
-    Accumulator* offset;
-    Accumulator* m2;
-
-    [[nodiscard]] Part<Distance, Accumulator> part(int i) const
+    /// Filters the windows of row y, given the sums of the `rows` samples of each of their columns.
+    /// Without background the pivots of the columns stand in memory_.columns already.
+    template <bool holes, class Column>
+    void deliver(int y, int rows, const Column& column)
     {
-        return {count[i], pivot[i], offset[i], m2[i]};
-    }
-    void set(int i, const Part<Distance, Accumulator>& value) const
-    {
-        count[i] = value.count;
-        pivot[i] = value.pivot;
-        offset[i] = value.offset;
-        m2[i] = value.m2;
-    }
-    /// The pixel's own distance minus the mean.
-    [[nodiscard]] Accumulator deviation(int i) const
-    {
-        return (static_cast<Accumulator>(distance[i]) - static_cast<Accumulator>(pivot[i])) -
-               offset[i];
-    }
-    [[nodiscard]] PartRow row(std::ptrdiff_t index, int width) const
-    {
-        const std::ptrdiff_t at = index * width;
-        return {distance + at, count + at, pivot + at, offset + at, m2 + at};
-    }
-    static PartRow take(ScratchLayout& layout, std::size_t size)
-    {
-        return {layout.take<Distance>(size), layout.take<std::int32_t>(size),
-                layout.take<Distance>(size), layout.take<Accumulator>(size),
-                layout.take<Accumulator>(size)};
-    }
-};
-
-/// Sums over the parts of a column, rows added one by one, taken about the mean of the first row
-/// that has samples.
-template <class Distance, class Accumulator>
-struct ColumnSums {
-    PartRow<Distance, Accumulator> pivot;  ///< count: of all rows; m2: sum within rows
-    Accumulator* sum;
-    Accumulator* squares;
-
-    static ColumnSums take(ScratchLayout& layout, std::size_t size)
-    {
-        return {PartRow<Distance, Accumulator>::take(layout, size), layout.take<Accumulator>(size),
-                layout.take<Accumulator>(size)};
-    }
-    void clear(int width) const
-    {
-        for (int i = 0; i < width; ++i) {
-            pivot.set(i, {0, 0, 0, 0});
-            sum[i] = squares[i] = 0;
+        const int size = size_;
+        const Real full = broadcast<lanes>(static_cast<double>(rows));
+        const Row columns = memory_.columns, across = memory_.across;
+        for (int first = steps_ - size; first >= 0; first -= size) {
+            Set suffix{};
+            if constexpr (!holes) suffix.pivot = columns.get(first + size - 1, Row::pivot);
+            for (int step = first + size - 1; step >= first; --step) {
+                const Set sums = column(step);
+                columns.set(step, Row::sum, sums.sum);
+                columns.set(step, Row::squares, sums.squares);
+                if constexpr (holes) {
+                    columns.set(step, Row::pivot, sums.pivot);
+                    columns.set(step, Row::count, sums.count);
+                    suffix.add(sums);
+                    across.set(step, Row::count, suffix.count);
+                } else {
+                    suffix.add_about_pivot(sums, full);
+                }
+                across.set(step, Row::sum, suffix.sum);
+                across.set(step, Row::squares, suffix.squares);
+            }
+            across.set(first, Row::pivot, suffix.pivot);
         }
+        if (leftmost_) deliver_edge<holes>(y, rows, false);
+        if (rightmost_) deliver_edge<holes>(y, rows, true);
+        if (starts_ > 0) deliver_full<holes>(y, rows);
     }
-    void add(const PartRow<Distance, Accumulator>& row, int width) const
+
+    /// A row whose windows hold no surface at all.
+    void deliver_empty_row(int y)
     {
-        for (int i = 0; i < width; ++i) {
-            const bool first = pivot.count[i] == 0;
-            pivot.pivot[i] = first ? row.pivot[i] : pivot.pivot[i];
-            pivot.offset[i] = first ? row.offset[i] : pivot.offset[i];
-            const Accumulator difference = (static_cast<Accumulator>(row.pivot[i]) -
-                                            static_cast<Accumulator>(pivot.pivot[i])) +
-                                           (row.offset[i] - pivot.offset[i]);
-            const auto count = static_cast<Accumulator>(row.count[i]);
-            pivot.count[i] += row.count[i];
-            pivot.m2[i] += row.m2[i];
-            sum[i] += count * difference;
-            squares[i] += count * difference * difference;
+        const int first = leftmost_ ? 0 : first_ + filter_.radius_;
+        const int end = rightmost_ ? filter_.width_ : first_ + filter_.radius_ + starts_;
+        std::fill_n(memory_.centre, end - first, Distance{0});
+        consume_.row(work_, y, first, end - first, reinterpret_cast<Value*>(memory_.natural),
+                     filter_.row_size(), memory_.centre);
+    }
+
+    /// Turns the sums of windows into results. Without background `area` is their count.
+    template <bool holes>
+    NOOK_INLINE static void shade(const Consume& consume, const Set& window, const Real& distance,
+                                  const Real& area, Value* results, std::ptrdiff_t pitch)
+    {
+        const Real samples = holes ? larger(window.count, Real{} + 1.0) : area;
+        const Real inverse = 1.0 / samples;
+        const Real mean = window.sum * inverse;
+        const Real variance = larger((window.squares - window.sum * mean) * inverse, Real{});
+        const Real deviation = (distance - window.pivot) - mean;
+        Real shaded[Consume::results];
+        if constexpr (holes)
+            consume.shade(distance, window.count, (area - window.count) / area, variance, deviation,
+                          shaded);
+        else consume.shade(distance, area, NoBackground{}, variance, deviation, shaded);
+        for (int i = 0; i < Consume::results; ++i)
+            store(results + i * pitch, convert<Value>(shaded[i]));
+    }
+
+    const Filter& filter_;
+    const Consume& consume_;
+    Work& work_;
+    Memory memory_;
+    int first_;    ///< column
+    int starts_;   ///< full windows along a row
+    int columns_;  ///< that are read
+    int size_;     ///< columns in a block
+    int steps_;    ///< columns of a lane
+    bool leftmost_, rightmost_;
+
+private:
+    /// Windows of k columns.
+    template <bool holes>
+    void deliver_full(int y, int rows)
+    {
+        const int k = filter_.window_, size = size_, steps = steps_;
+        const Row columns = memory_.columns, across = memory_.across;
+        const Distance* const centre_row = row(y);
+        Distance* const centre_distances = memory_.centre;
+        Value* const results = reinterpret_cast<Value*>(memory_.results);
+        const std::ptrdiff_t pitch = filter_.row_size();
+        const Real full = broadcast<lanes>(static_cast<double>(rows));
+        const Real full_block = broadcast<lanes>(static_cast<double>(rows) * size);
+        const Real area = broadcast<lanes>(static_cast<double>(rows) * k);
+        const Consume consume = consume_;
+
+        Place centre{filter_.radius_, steps};
+        for (int first = 0; first < steps; first += size) {
+            Set prefix{}, own{};
+            prefix.pivot = across.get(first, Row::pivot);
+            // With samples in the last column no suffix is empty.
+            const bool use_own = holes && any(columns.get(first + size - 1, Row::count) == 0.0);
+            const auto add = [&](const Row& from, const Place& place,
+                                 const Real& count) NOOK_INLINE_LAMBDA {
+                Set sums{count, from.get(place, Row::pivot), from.get(place, Row::sum),
+                         from.get(place, Row::squares)};
+                if constexpr (holes) {
+                    sums.count = from.get(place, Row::count);
+                    if (use_own) own.add(sums);
+                    else own.count += sums.count;
+                }
+                prefix.add_about_pivot(sums, sums.count);
+            };
+            // What all windows of the block share: whole blocks, then columns.
+            Place next{first + size, steps};
+            int shared = k - 1 - size;
+            for (; shared >= size; shared -= size, next.next(size)) add(across, next, full_block);
+            for (; shared > 0; --shared, next.next()) add(columns, next, full);
+            for (int step = first; step < first + size; ++step, next.next(), centre.next()) {
+                add(columns, next, full);
+                Set window{{},
+                           prefix.pivot,
+                           across.get(step, Row::sum) + prefix.sum,
+                           across.get(step, Row::squares) + prefix.squares};
+                const auto distance = load<lanes>(centre_row + centre.step * lanes + centre.lane);
+                if constexpr (holes) {
+                    const Real before = across.get(step, Row::count);
+                    window.count = before + own.count;
+                    if (use_own) {
+                        const auto none = before == 0.0;
+                        window.pivot = none ? own.pivot : window.pivot;
+                        window.sum = none ? own.sum : window.sum;
+                        window.squares = none ? own.squares : window.squares;
+                    }
+                    store(centre_distances + step * lanes, distance);
+                }
+                shade<holes>(consume, window, convert<double>(distance), area,
+                             results + step * lanes, pitch);
+            }
         }
+
+        Value* const natural = reinterpret_cast<Value*>(memory_.natural);
+        for (int i = 0; i < Consume::results; ++i) undeal(results + i * pitch, natural + i * pitch);
+        if constexpr (holes) undeal(centre_distances, memory_.samples);
+        consume_.row(work_, y, first_ + filter_.radius_, starts_, natural, pitch,
+                     holes ? memory_.samples : nullptr);
+        if constexpr (holes) clear_unused_samples();
     }
-    [[nodiscard]] Part<Distance, Accumulator> part(int i) const
+
+    /// Windows that begin at column 0, or end at the last.
+    template <bool holes>
+    void deliver_edge(int y, int rows, bool right)
     {
-        const std::int32_t count = pivot.count[i];
-        const Accumulator shift = sum[i] / static_cast<Accumulator>(count > 0 ? count : 1);
-        const Accumulator between = squares[i] - sum[i] * shift;
-        return {count, pivot.pivot[i], pivot.offset[i] + shift,
-                pivot.m2[i] + (between > 0 ? between : Accumulator{0})};
+        const int prefixes = filter_.across_.prefixes;
+        const int count = right ? filter_.width_ - filter_.across_.interior - prefixes : prefixes;
+        if (count == 0) return;
+        const Row columns = memory_.columns, edge = memory_.edge;
+        const Distance* const centre_row = row(y);
+        const int padded = pieces(count, lanes) * lanes;
+        edge.clear(padded / lanes);
+        std::fill_n(memory_.edge_area, padded, 1.0);
+        std::fill_n(memory_.centre, padded, Distance{0});
+
+        // One set in scalars: each of these windows adds to the one before.
+        Sums<1> sums{};
+        int added = 0;
+        for (int i = 0; i < count; ++i) {
+            const int x = right ? filter_.width_ - 1 - i : i;
+            const Span reach = window_span(x, filter_.radius_, filter_.width_, filter_.border_);
+            const int width = right ? filter_.width_ - reach.first : reach.last + 1;
+            for (; added < width; ++added) {
+                const Place place{right ? columns_ - 1 - added : added, steps_};
+                const auto get = [&](typename Row::Field field) {
+                    return *columns.at(place.step, field, place.lane);
+                };
+                sums.add(Sums<1>{holes ? get(Row::count) : rows, get(Row::pivot), get(Row::sum),
+                                 get(Row::squares)});
+            }
+            const int to = right ? count - 1 - i : i;
+            const auto set = [&](typename Row::Field field, double value) {
+                *edge.at(to / lanes, field, to % lanes) = value;
+            };
+            set(Row::count, sums.count);
+            set(Row::pivot, sums.pivot);
+            set(Row::sum, sums.sum);
+            set(Row::squares, sums.squares);
+            const Place centre{right ? columns_ - 1 - i : i, steps_};
+            memory_.centre[to] = centre_row[centre.step * lanes + centre.lane];
+            memory_.edge_area[to] = static_cast<double>(rows) * width;
+        }
+        Value* const natural = reinterpret_cast<Value*>(memory_.natural);
+        for (int step = 0; step * lanes < count; ++step)
+            shade<holes>(consume_, edge.get(step), distances(memory_.centre, step),
+                         load<lanes>(memory_.edge_area + step * lanes), natural + step * lanes,
+                         padded);
+        consume_.row(work_, y, right ? filter_.width_ - count : 0, count, natural, padded,
+                     holes ? memory_.centre : nullptr);
+    }
+
+    /// From the order of the lanes to that of the columns. The last square of a lane may run on into
+    /// the next lane's columns, which are written after it.
+    template <class T>
+    void undeal(const T* dealt, T* columns) const
+    {
+        const int steps = steps_;
+        for (int step = (steps - 1) / lanes * lanes; step >= 0; step -= lanes) {
+            Lanes<T, lanes> square[lanes];
+            for (int i = 0; i < lanes; ++i) square[i] = load<lanes>(dealt + (step + i) * lanes);
+            transpose(square);
+            for (int lane = 0; lane < lanes; ++lane)
+                store(columns + lane * steps + step, square[lane]);
+        }
     }
 };
 

@@ -23,6 +23,12 @@ struct DepthStep {
 
     [[nodiscard]] NOOK_INLINE constexpr double operator()(double distance) const
     {
+        return at(distance);
+    }
+    /// Of doubles, or of vectors of them.
+    template <class Real>
+    [[nodiscard]] NOOK_INLINE constexpr Real at(const Real& distance) const
+    {
         return constant + distance * (linear + distance * quadratic);
     }
 };

@@ -1,0 +1,51 @@
+// nook-compare: Chebyshev ambient occlusion against what else one could do, in rotation.
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "failure.hpp"
+#include "options.hpp"
+#include "parts.hpp"
+#include "results.hpp"
+
+namespace {
+
+void run(const compare::Options& options)
+{
+    compare::print_machine(options);
+    compare::Results results;
+    if (options.runs("contenders")) compare_contenders(options, results);
+    if (options.runs("windows")) compare_windows(options, results);
+    if (options.runs("threads")) compare_threads(options, results);
+    if (options.runs("radius")) compare_radius(options, results);
+    std::printf("Marks: the worst case counts; a goal missed by up to %.0f %% counts as noise.\n",
+                100 * compare::slack);
+    if (options.quick) std::printf("This was a quick run: the times mean nothing.\n");
+    compare::print_marks(results.marks);
+    if (!options.json.empty()) compare::write_json(results, options);
+    if (std::fflush(stdout) != 0) throw compare::Failure{"stdout cannot be written"};
+}
+
+}  // namespace
+
+// The status tells whether the comparison ran, never how fast.
+int main(int argc, char** argv)
+{
+    const auto fail = [](std::string why) {
+        for (char& c : why)
+            if (c == '\n' || c == '\r') c = ' ';
+        std::fprintf(stderr, "nook-compare: %s\n", why.c_str());
+        return 2;
+    };
+    try {
+        compare::Options options;
+        if (compare::read_options(argc, argv, options)) run(options);
+        return 0;
+    } catch (const std::bad_alloc&) {
+        return fail("out of memory");
+    } catch (const std::exception& error) {
+        return fail(error.what());
+    }
+}

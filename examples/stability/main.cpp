@@ -1,0 +1,115 @@
+// nook-stability: how kernels stand stiff, extreme and poisoned inputs, beside the textbook ways to
+// compute the same.
+
+#include <charconv>
+#include <cstddef>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <nook/version.hpp>
+
+#include "../support/failure.hpp"
+#include "../support/files.hpp"
+#include "stability.hpp"
+
+namespace {
+
+struct CommandLine {
+    stability::Options options;
+    std::string json;  ///< the file to write; empty for none
+};
+
+/// Odd numbers with commas between them.
+std::vector<int> read_windows(std::string_view text)
+{
+    std::vector<int> windows;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::string_view item = text.substr(at, text.find(',', at) - at);
+        int window = 0;
+        const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), window);
+        if (error != std::errc{} || end != item.data() + item.size() || window < 3 ||
+            window > stability::largest_window || window % 2 == 0) {
+            std::string shown{item.substr(0, 60)};
+            for (char& c : shown)
+                if (c < ' ' || c > '~') c = '?';
+            throw support::Failure{"--window: '" + shown + "' is not an odd number from 3 to " +
+                                   std::to_string(stability::largest_window)};
+        }
+        windows.push_back(window);
+        at += item.size() + 1;
+    }
+    return windows;
+}
+
+/// Returns false when the command line has been answered and there is nothing left to do.
+bool read_command_line(int argc, const char* const* argv, CommandLine& result)
+{
+    CLI::App app{
+        "Prints how kernels stand stiff, extreme and poisoned inputs, beside the textbook\n"
+        "ways to compute the same, all against exact arithmetic on the same input. Each\n"
+        "number is the worst over the windows.",
+        "nook-stability"};
+    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
+    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    std::string windows = "3,17,65";
+    app.add_option("--window", windows,
+                   "Pixels across the windows of depth filters, odd, from 3 to " +
+                       std::to_string(stability::largest_window))
+        ->type_name("K[,K...]")
+        ->capture_default_str();
+    auto* json =
+        app.add_option("--json", result.json, "Writes the results, one row per window, too")
+            ->type_name("FILE");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& done) {
+        app.exit(done);
+        return false;
+    } catch (const CLI::ParseError& error) {
+        throw support::Failure{error.what()};
+    }
+    if (json->count() > 0 && result.json.empty()) throw support::Failure{"--json: an empty name"};
+    result.options.windows = read_windows(windows);
+    return true;
+}
+
+void answer(const CommandLine& command)
+{
+    const std::vector<stability::Family> families = stability::run(command.options);
+    if (!command.json.empty())
+        support::write_file(command.json, stability::json_of(families).dump(2) + '\n');
+    stability::print_tables(std::cout, families);
+    if (!std::cout.flush()) throw support::Failure{"the tables cannot be written to stdout"};
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    const auto fail = [](const std::string& why) {
+        std::string line = "nook-stability: " + why;
+        for (char& c : line)
+            if (c == '\n' || c == '\r') c = ' ';
+        std::fprintf(stderr, "%s\n", line.c_str());
+        return 2;
+    };
+    try {
+        CommandLine command;
+        if (read_command_line(argc, argv, command)) answer(command);
+        return 0;
+    } catch (const support::Failure& failure) {
+        return fail(failure.what());
+    } catch (const std::bad_alloc&) {
+        return fail("out of memory");
+    } catch (const std::exception& error) {
+        return fail(error.what());
+    }
+}

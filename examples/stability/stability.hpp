@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <nook/owned_image.hpp>
+
+/// How kernels stand inputs that are stiff, extreme or poisoned, beside the textbook ways to compute
+/// the same, all against exact arithmetic.
+///
+/// A family of kernels has its cases, its algorithms and its metrics, and delivers a row for each case
+/// and algorithm. Another family is a function like `depth_filters` and an entry in `run`.
+namespace stability {
+
+// --- results of any family ------------------------------------------------------------------------
+
+/// The name of a case, an algorithm or a metric, and what it is in a line.
+struct Label {
+    std::string name;  ///< lower case; words joined by dashes or underscores
+    std::string what;
+};
+
+/// What one algorithm made of one case.
+struct Row {
+    std::string case_name, algorithm;
+    /// What it ran with and was measured on.
+    nlohmann::ordered_json parameters;
+    /// One for each metric of the family, 0 at best; empty where the metric says nothing. Infinity and
+    /// NaN are results.
+    std::vector<std::optional<double>> values;
+};
+
+struct Family {
+    Label label;
+    std::vector<Label> metrics, cases, algorithms;
+    std::vector<Row> rows;
+};
+
+struct Options {
+    /// Pixels across the windows of depth filters: odd, 3 … largest_window. A row for each.
+    std::vector<int> windows{3, 17, 65};
+};
+constexpr int largest_window = 95;
+
+/// Every family.
+[[nodiscard]] std::vector<Family> run(const Options& options = {});
+
+/// The contents of a file or of a key in one: `families` with their labels, and `rows`. What does not
+/// apply and what is not finite become null.
+[[nodiscard]] nlohmann::ordered_json json_of(const std::vector<Family>& families);
+
+/// A table per metric: a line per case, a column per algorithm, the worst of their rows.
+void print_tables(std::ostream& out, const std::vector<Family>& families);
+
+// --- the family of depth filters ------------------------------------------------------------------
+
+struct Point {
+    int x, y;
+};
+
+/// Size of every case: small enough for seconds in all, large enough for sums to drift.
+constexpr int width = 192, height = 144;
+
+/// A depth buffer that is hard on a filter. A window is *clean* when it holds no poisoned pixel.
+struct DepthInput {
+    nook::Image<float> depth;
+    /// Where the poison is (1), and the same depths without it. Empty for a case without poison.
+    nook::Image<std::uint8_t> poisoned{};
+    nook::Image<float> healthy{};
+    /// Pixels whose windows are worth a look, beside those looked at anyway.
+    std::vector<Point> focus{};
+};
+
+struct DepthCase {
+    Label label;
+    /// For a window of so many pixels.
+    std::function<DepthInput(int window)> make;
+};
+[[nodiscard]] std::vector<DepthCase> depth_cases();
+
+/// What a type of numbers can hold.
+enum class Precision : std::uint8_t { binary32, binary64 };
+
+/// Variance and visibility of pixels whose window lies inside the image; what the others hold does not
+/// matter. An algorithm without a variance leaves that image empty.
+struct DepthOutput {
+    nook::Image<double> variance{}, visibility{};
+};
+
+struct DepthAlgorithm {
+    Label label;
+    Precision precision;  ///< of its outputs
+    std::function<DepthOutput(const nook::Image<float>& depth, int window)> run;
+};
+[[nodiscard]] std::vector<DepthAlgorithm> depth_algorithms();
+
+/// Every case × algorithm × window.
+[[nodiscard]] Family depth_filters(const Options& options);
+
+}  // namespace stability

@@ -1,0 +1,203 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
+#include <nook/target.hpp>
+
+/// Several numbers handled at once, from one source for every instruction set.
+///
+/// `Lanes<T, N>` is N values of T: a vector type of the compiler (GCC's vector extensions, which
+/// Clang has too), or T itself for N = 1. Arithmetic, comparisons and `? :` work on both as they
+/// stand; the functions below are what the operators lack. A kernel written over N runs as scalar code
+/// with N = 1, which is all there is for compilers without the extensions.
+namespace nook::inline NOOK_TARGET::detail {
+
+/// How many doubles a register of the target holds; as many floats are taken along with them.
+#if !defined(__GNUC__) || defined(NOOK_NO_VECTORS)
+inline constexpr int native_lanes = 1;
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int native_lanes = 4;
+#elif defined(__SSE2__) || defined(__aarch64__)
+inline constexpr int native_lanes = 2;
+#else
+inline constexpr int native_lanes = 1;
+#endif
+
+template <class T, int N>
+struct LanesOf {
+#if defined(__GNUC__)
+    typedef T type __attribute__((vector_size(sizeof(T) * N)));
+#endif
+};
+template <class T>
+struct LanesOf<T, 1> {
+    using type = T;
+};
+template <class T, int N>
+using Lanes = typename LanesOf<T, N>::type;
+
+template <class L>
+struct LanesTraits {
+    using Value = std::remove_cvref_t<decltype(std::declval<L>()[0])>;
+    static constexpr int count = static_cast<int>(sizeof(L) / sizeof(Value));
+};
+template <class L>
+requires std::is_arithmetic_v<L>
+struct LanesTraits<L> {
+    using Value = L;
+    static constexpr int count = 1;
+};
+
+template <int N, class T>
+[[nodiscard]] NOOK_INLINE Lanes<T, N> load(const T* values)
+{
+    Lanes<T, N> lanes;
+    std::memcpy(&lanes, values, sizeof lanes);
+    return lanes;
+}
+template <class T, class L>
+NOOK_INLINE void store(T* values, const L& lanes)
+{
+    static_assert(sizeof lanes == sizeof(T) * static_cast<unsigned>(LanesTraits<L>::count));
+    std::memcpy(values, &lanes, sizeof lanes);
+}
+
+/// The value as it was computed: -ffast-math may not take the sum apart and put it together in another
+/// way. Differences from a pivot are exact only as differences.
+template <class L>
+[[nodiscard]] NOOK_INLINE L fenced(const L& value)
+{
+#if defined(__FAST_MATH__) && defined(__clang__)
+    return __arithmetic_fence(value);
+#elif defined(__FAST_MATH__) && defined(__GNUC__) && __GNUC__ >= 12
+    return __builtin_assoc_barrier(value);
+#else
+    return value;
+#endif
+}
+
+/// Asks for memory that will be read soon; any address will do.
+inline void prefetch([[maybe_unused]] const void* address)
+{
+#if defined(__GNUC__)
+    __builtin_prefetch(address);
+#endif
+}
+
+/// The same value in all lanes. Subtracting +0 leaves every value as it is.
+template <int N, class T>
+[[nodiscard]] NOOK_INLINE Lanes<T, N> broadcast(T value)
+{
+    return value - Lanes<T, N>{};
+}
+
+template <class To, class L>
+[[nodiscard]] NOOK_INLINE Lanes<To, LanesTraits<L>::count> convert(const L& lanes)
+{
+    if constexpr (std::is_same_v<To, typename LanesTraits<L>::Value>) return lanes;
+    else if constexpr (LanesTraits<L>::count == 1) return static_cast<To>(lanes);
+// GCC 12 converts these by halves (and warns about the unmasked forms).
+#if defined(__AVX512F__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 8>> && std::is_same_v<To, double>)
+        return _mm512_maskz_cvtps_pd(0xff, lanes);
+    else if constexpr (std::is_same_v<L, Lanes<double, 8>> && std::is_same_v<To, float>)
+        return _mm512_maskz_cvtpd_ps(0xff, lanes);
+#endif
+#if defined(__AVX__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 4>> && std::is_same_v<To, double>)
+        return _mm256_cvtps_pd(lanes);
+    else if constexpr (std::is_same_v<L, Lanes<double, 4>> && std::is_same_v<To, float>)
+        return _mm256_cvtpd_ps(lanes);
+#endif
+#if defined(__GNUC__)
+    else return __builtin_convertvector(lanes, Lanes<To, LanesTraits<L>::count>);
+#endif
+}
+
+template <class L>
+[[nodiscard]] NOOK_INLINE L larger(const L& a, const L& b)
+{
+    return a > b ? a : b;
+}
+template <class L>
+[[nodiscard]] NOOK_INLINE L smaller(const L& a, const L& b)
+{
+    return a < b ? a : b;
+}
+
+/// True when any lane of a comparison's result is.
+template <class Mask>
+[[nodiscard]] NOOK_INLINE bool any(const Mask& mask)
+{
+    if constexpr (std::is_same_v<Mask, bool>) {
+        return mask;
+    } else {
+        bool result = false;
+        for (int i = 0; i < LanesTraits<Mask>::count; ++i) result = result | (mask[i] != 0);
+        return result;
+    }
+}
+
+#if defined(__clang__)
+#define NOOK_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#elif defined(__GNUC__)
+/// Integers as wide as T.
+template <class T>
+using ShuffleIndex = std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>;
+#define NOOK_SHUFFLE(a, b, ...)                                                     \
+    __builtin_shuffle(a, b,                                                         \
+                      Lanes<ShuffleIndex<typename LanesTraits<decltype(a)>::Value>, \
+                            LanesTraits<decltype(a)>::count>{__VA_ARGS__})
+#else
+#define NOOK_SHUFFLE(a, b, ...) a
+#endif
+
+template <class L, int... I>
+[[nodiscard]] NOOK_INLINE L next_lanes(L lanes, std::integer_sequence<int, I...>)
+{
+    L zero{};
+    return NOOK_SHUFFLE(lanes, zero, (I + 1)...);
+}
+/// Lane i takes lane i + 1; the last takes 0.
+template <class L>
+[[nodiscard]] NOOK_INLINE L next_lanes(const L& lanes)
+{
+    if constexpr (LanesTraits<L>::count == 1) return L{0};
+    else return next_lanes(lanes, std::make_integer_sequence<int, LanesTraits<L>::count>{});
+}
+
+template <int half, class L, int... I>
+NOOK_INLINE void transpose_halves(L* rows, std::integer_sequence<int, I...>)
+{
+    constexpr int N = sizeof...(I);
+    for (int i = 0; i < N; ++i) {
+        if ((i & half) != 0) continue;
+        L a = rows[i], b = rows[i + half];
+        rows[i] = NOOK_SHUFFLE(a, b, ((I & half) != 0 ? N + I - half : I)...);
+        rows[i + half] = NOOK_SHUFFLE(a, b, ((I & half) != 0 ? N + I : I + half)...);
+    }
+}
+/// Turns N rows of N values into columns, N a power of two: halves of pairs of rows change places,
+/// for halves of each power of two.
+template <class L, int N>
+NOOK_INLINE void transpose(L (&rows)[N])
+{
+    static_assert(N == LanesTraits<L>::count && (N == 1 || N == 2 || N == 4 || N == 8));
+    constexpr auto lanes = std::make_integer_sequence<int, N>{};
+    if constexpr (N > 4) transpose_halves<4>(rows, lanes);
+    if constexpr (N > 2) transpose_halves<2>(rows, lanes);
+    if constexpr (N > 1) transpose_halves<1>(rows, lanes);
+}
+
+#undef NOOK_SHUFFLE
+
+}  // namespace nook::inline NOOK_TARGET::detail
