@@ -145,10 +145,10 @@ struct ChebyshevShade {
         Real behind = larger(deviation, zero);
         if (!clamp) behind = larger(deviation, -deviation);
         const Real square = behind * behind;
-        const Real spread = variance + bias_at(distance), total = spread + square;
+        const Real spread = variance + bias_at(distance);
         // cantelli_upper_bound in all lanes, without 0/0 in any.
-        const auto shaded = (behind > zero) & (total > zero);
-        Real open = shaded ? spread / (shaded ? total : one) : one;
+        const auto shaded = square > zero;
+        Real open = shaded ? spread / (shaded ? spread + square : one) : one;
         if (range_check) {
             const Real ranges = deviation / range;
             open = 1.0 - (1.0 - open) / (1.0 + ranges * ranges);

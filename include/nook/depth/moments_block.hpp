@@ -68,8 +68,6 @@ public:
         strips_ = starts_ > 0 ? pieces(across_.interior, starts_) : 1;
         const int columns = starts_ > 0 ? starts_ + window - 1 : width;
         steps_ = pieces(dealt((std::max)(columns, 1)).steps(), lanes) * lanes;
-        run_ = (std::max)(1, 64 / block_);
-        runs_ = pieces(pieces(down_.interior, block_), run_);
     }
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
@@ -90,6 +88,12 @@ public:
     Outcome run(const Source& source, const Consume& consume, S&& scratch, E&& executor) const
     {
         static_assert(Consume::results <= most_results && sizeof(typename Consume::Value) <= 8);
+        // A run of blocks reads k − 1 rows more than it delivers: no more runs than workers need. The
+        // bits are the same for any.
+        const int workers = static_cast<int>(executor.concurrency());
+        const int wanted = workers > 1 ? pieces(6 * (std::min)(workers, 1024), strips_) : 1;
+        const int blocks = pieces(down_.interior, block_);
+        const int size = (std::max)(pieces(blocks, wanted), pieces(64, block_));
         const auto run_task = [&](Work& work, const Memory& all, int task, int worker) {
             const int strip = window_ == 1 ? 0 : task % strips_, part = task / strips_;
             MomentsStrip<BlockMoments, Source, Consume> mine{
@@ -97,9 +101,9 @@ public:
             if (window_ == 1) mine.single_row(task);
             else if (part == 0) mine.top();
             else if (part == 1) mine.bottom();
-            else mine.blocks((part - 2) * run_);
+            else mine.blocks((part - 2) * size, size);
         };
-        const int tasks = window_ == 1 ? height_ : strips_ * (runs_ + 2);
+        const int tasks = window_ == 1 ? height_ : strips_ * (pieces(blocks, size) + 2);
         return run_tasks(tasks, layout(), run_task, scratch, executor);
     }
 
@@ -133,9 +137,10 @@ private:
     [[nodiscard]] Dealt dealt(int columns) const
     {
         const int each = pieces(columns, lanes), reach = (std::max)(1, window_ - 1);
-        Dealt best{1, each};
+        Dealt best{};
         double least = 1e300;
-        for (int blocks = pieces(each, reach); blocks <= (std::min)(each, 64); ++blocks) {
+        const int fewest = pieces(each, reach);
+        for (int blocks = fewest; blocks <= (std::min)(each, fewest + 16); ++blocks) {
             const int size = pieces(each, blocks), shared = reach - size;
             const double cost = blocks * (8.0 * size + 1.5 * (shared / size + shared % size) + 2);
             if (cost >= least) continue;
@@ -153,7 +158,6 @@ private:
         Distance* centre;        ///< the pixels that a row of windows is about
         double* suffixes;        ///< per row of a block: sums and sums of squares of the rest of it
         float* suffix_count;     ///< their counts, where there is background
-        SumsRow<lanes> suffix;   ///< the longest of them
         SumsRow<lanes> prefix;   ///< of the rows after the block, about the block's pivots
         SumsRow<lanes> own;      ///< of the same rows, or of a border's, about the first of them
         SumsRow<lanes> totals;   ///< of the whole blocks that all windows of a block share
@@ -175,8 +179,7 @@ private:
             mine.centre += at * row;
             mine.suffixes += at * filter.block_ * 2 * row;
             mine.suffix_count += at * filter.block_ * row;
-            for (SumsRow<lanes>* sums :
-                 {&mine.suffix, &mine.prefix, &mine.own, &mine.columns, &mine.across})
+            for (SumsRow<lanes>* sums : {&mine.prefix, &mine.own, &mine.columns, &mine.across})
                 *sums = sums->from(at * steps);
             mine.totals = totals.from(at * steps * filter.shared_blocks_);
             mine.total_holes += at * filter.shared_blocks_;
@@ -216,7 +219,6 @@ private:
                     block.take<float>(size(row * block_)),
                     sums(steps),
                     sums(steps),
-                    sums(steps),
                     sums(steps * shared_blocks_),
                     block.take<bool>(size(shared_blocks_)),
                     sums(steps),
@@ -237,8 +239,6 @@ private:
     int starts_;         ///< full windows along a row of a strip
     int strips_;
     int steps_;  ///< columns of a lane, rounded up to a multiple of the lanes
-    int run_;    ///< blocks in a task
-    int runs_;
 };
 
 }  // namespace nook::inline NOOK_TARGET::detail

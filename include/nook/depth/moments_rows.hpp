@@ -147,7 +147,7 @@ private:
         const Real area = broadcast<lanes>(static_cast<double>(rows) * k);
         const Consume consume = consume_;
 
-        Place centre{filter_.radius_, steps};
+        Place centre{filter_.radius_, steps, lanes};
         for (int first = 0; first < steps; first += size) {
             Set prefix{}, own{};
             prefix.pivot = across.get(first, Row::pivot);
@@ -165,7 +165,7 @@ private:
                 prefix.add_about_pivot(sums, sums.count);
             };
             // What all windows of the block share: whole blocks, then columns.
-            Place next{first + size, steps};
+            Place next = Row::place(first + size, steps);
             int shared = k - 1 - size;
             for (; shared >= size; shared -= size, next.next(size)) add(across, next, full_block);
             for (; shared > 0; --shared, next.next()) add(columns, next, full);
@@ -175,7 +175,7 @@ private:
                            prefix.pivot,
                            across.get(step, Row::sum) + prefix.sum,
                            across.get(step, Row::squares) + prefix.squares};
-                const auto distance = load<lanes>(centre_row + centre.step * lanes + centre.lane);
+                const auto distance = load<lanes>(centre_row + *centre);
                 if constexpr (holes) {
                     const Real before = across.get(step, Row::count);
                     window.count = before + own.count;
@@ -217,28 +217,32 @@ private:
         // One set in scalars: each of these windows adds to the one before.
         Sums<1> sums{};
         int added = 0;
-        for (int i = 0; i < count; ++i) {
+        Place next = Row::place(right ? columns_ - 1 : 0, steps_);
+        Place centre{right ? columns_ - 1 : 0, steps_, lanes};
+        const auto inwards = [&](Place& place) { right ? place.previous() : place.next(); };
+        for (int i = 0; i < count; ++i, inwards(centre)) {
             const int x = right ? filter_.width_ - 1 - i : i;
             const Span reach = window_span(x, filter_.radius_, filter_.width_, filter_.border_);
             const int width = right ? filter_.width_ - reach.first : reach.last + 1;
-            for (; added < width; ++added) {
-                const Place place{right ? columns_ - 1 - added : added, steps_};
-                const auto get = [&](typename Row::Field field) {
-                    return *columns.at(place.step, field, place.lane);
-                };
-                sums.add(Sums<1>{holes ? get(Row::count) : rows, get(Row::pivot), get(Row::sum),
-                                 get(Row::squares)});
+            for (; added < width; ++added, inwards(next)) {
+                const double* const column = columns.data + *next;
+                const Sums<1> set{holes ? column[Row::count * lanes] : rows,
+                                  column[Row::pivot * lanes], column[Row::sum * lanes],
+                                  column[Row::squares * lanes]};
+                if (holes) {
+                    sums.add(set);
+                } else {
+                    if (added == 0) sums.pivot = set.pivot;
+                    sums.add_about_pivot(set, set.count);
+                }
             }
             const int to = right ? count - 1 - i : i;
-            const auto set = [&](typename Row::Field field, double value) {
-                *edge.at(to / lanes, field, to % lanes) = value;
-            };
-            set(Row::count, sums.count);
-            set(Row::pivot, sums.pivot);
-            set(Row::sum, sums.sum);
-            set(Row::squares, sums.squares);
-            const Place centre{right ? columns_ - 1 - i : i, steps_};
-            memory_.centre[to] = centre_row[centre.step * lanes + centre.lane];
+            double* const window = edge.data + to / lanes * Row::stride + to % lanes;
+            window[Row::count * lanes] = sums.count;
+            window[Row::pivot * lanes] = sums.pivot;
+            window[Row::sum * lanes] = sums.sum;
+            window[Row::squares * lanes] = sums.squares;
+            memory_.centre[to] = centre_row[*centre];
             memory_.edge_area[to] = static_cast<double>(rows) * width;
         }
         Value* const natural = reinterpret_cast<Value*>(memory_.natural);

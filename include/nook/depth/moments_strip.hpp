@@ -52,13 +52,13 @@ public:
             deliver_border_row(y, rows);
         }
     }
-    /// Full windows that begin in one of the blocks from `block` on.
-    void blocks(int block)
+    /// Full windows that begin in one of `count` blocks from `block` on.
+    void blocks(int block, int count)
     {
         const int size = filter_.block_, end = filter_.down_.interior;
         for (int y = block * size; y < block * size + filter_.window_ - 1; ++y) read(y);
         for (int i = 1; i < filter_.shared_blocks_; ++i) add_up(block + i);
-        for (int i = block; i < block + filter_.run_ && i * size < end; ++i)
+        for (int i = block; i < block + count && i * size < end; ++i)
             run_block(i, (std::min)((i + 1) * size, end));
     }
     /// Windows of one pixel.
@@ -143,6 +143,24 @@ private:
         else Rows::template deliver<false>(y, count, column);
     }
 
+    /// Walks from a row of the ring to the rows above it.
+    class Upwards {
+    public:
+        Upwards(const MomentsStrip& strip, int y)
+            : ring_{strip.memory_.ring},
+              at_{strip.row(y)},
+              size_{strip.filter_.row_size()},
+              end_{ring_ + strip.filter_.slots_ * size_}
+        {}
+        [[nodiscard]] const Distance* operator*() const { return at_; }
+        void next() { at_ = (at_ == ring_ ? end_ : at_) - size_; }
+
+    private:
+        const Distance *ring_, *at_;
+        std::ptrdiff_t size_;
+        const Distance* end_;
+    };
+
     [[nodiscard]] int total_slot(int block) const { return block % filter_.shared_blocks_; }
     [[nodiscard]] Row total(int block) const
     {
@@ -156,24 +174,19 @@ private:
         for (int y = first; y <= last; ++y) holes = holes || holes_in(y);
         memory_.total_holes[total_slot(block)] = holes;
         const Row total = this->total(block);
-        if (holes) total.clear(steps_);
-        for (int y = last; y >= first; --y) {
-            const Distance* const distance = row(y);
-            for (int step = 0, steps = steps_; step < steps; ++step) {
-                const Real z = distances(distance, step);
-                if (holes) {
-                    Set sums = total.get(step);
-                    sums.add(z);
-                    total.set(step, sums);
-                } else if (y == last) {
-                    total.set(step, {broadcast<lanes>(static_cast<double>(filter_.block_)), z,
-                                     Real{}, Real{}});
-                } else {
-                    Set sums = total.get(step);
-                    sums.add_difference(z - sums.pivot);
-                    total.set(step, sums);
-                }
+        for (int step = 0, steps = steps_; step < steps; ++step) {
+            Set sums{};
+            Upwards rows{*this, last};
+            if (!holes) {
+                sums.count = broadcast<lanes>(static_cast<double>(filter_.block_));
+                sums.pivot = distances(*rows, step);
             }
+            for (int y = last; y >= first; --y, rows.next()) {
+                const Real distance = distances(*rows, step);
+                if (holes) sums.add(distance);
+                else sums.add_difference(distance - sums.pivot);
+            }
+            total.set(step, sums);
         }
     }
     /// The sums of rows y … last, for each row y of a block; their pivots go to `columns`, or to
@@ -182,38 +195,25 @@ private:
     {
         bool holes = false;
         for (int y = start; y <= last; ++y) holes = holes || holes_in(y);
-        const Row suffix = memory_.suffix, columns = memory_.columns;
         const std::ptrdiff_t size = filter_.row_size();
-        const int steps = steps_;
-        if (holes) suffix.clear(steps);
-        for (int y = last; y >= start; --y) {
-            const Distance* const distance = row(y);
-            double* const table = memory_.suffixes + (y - start) * 2 * size;
-            float* const count = memory_.suffix_count + (y - start) * size;
-            for (int step = 0; step < steps; ++step) {
-                double* const at = table + step * 2 * lanes;
-                const Real z = distances(distance, step);
+        for (int step = 0, steps = steps_; step < steps; ++step) {
+            Set sums{};
+            Upwards rows{*this, last};
+            if (!holes) sums.pivot = distances(*rows, step);
+            for (int y = last; y >= start; --y, rows.next()) {
+                const Real distance = distances(*rows, step);
+                const std::ptrdiff_t at = (y - start) * size + step * lanes;
                 if (holes) {
-                    Set sums = suffix.get(step);
-                    sums.add(z);
-                    suffix.set(step, sums);
-                    store(count + step * lanes, convert<float>(sums.count));
-                    store(at, sums.sum);
-                    store(at + lanes, sums.squares);
-                } else if (y == last) {
-                    columns.set(step, Row::pivot, z);
-                    store(at, Real{});
-                    store(at + lanes, Real{});
+                    sums.add(distance);
+                    store(memory_.suffix_count + at, convert<float>(sums.count));
                 } else {
-                    const double* const after = at + 2 * size;
-                    Set sums{{}, {}, load<lanes>(after), load<lanes>(after + lanes)};
-                    sums.add_difference(z - columns.get(step, Row::pivot));
-                    store(at, sums.sum);
-                    store(at + lanes, sums.squares);
+                    sums.add_difference(distance - sums.pivot);
                 }
+                store(memory_.suffixes + 2 * at, sums.sum);
+                store(memory_.suffixes + 2 * at + lanes, sums.squares);
             }
+            (holes ? memory_.prefix : memory_.columns).set(step, Row::pivot, sums.pivot);
         }
-        if (holes) memory_.prefix.copy(steps, Row::pivot, suffix);
         return holes;
     }
 

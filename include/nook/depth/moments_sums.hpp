@@ -53,22 +53,38 @@ struct Sums {
     }
 };
 
-/// A place in a row whose columns are dealt to the lanes. It moves on by steps: past a lane's last
-/// column it goes on with the first of the next lane, one value further on. The last lanes then get
-/// values that belong to no column of theirs; their windows begin too late to be delivered.
-struct Place {
-    int step, lane, steps;
-
-    Place(int at, int lane_steps) : step{at % lane_steps}, lane{at / lane_steps}, steps{lane_steps}
+/// A place in a row whose columns are dealt to the lanes, with `stride` values a step. It moves on by
+/// steps: past a lane's last column it goes on with the first of the next lane, one value further on.
+/// The last lanes then get values that belong to no column of theirs; their windows begin too late to
+/// be delivered.
+class Place {
+public:
+    Place(int column, int steps, int stride)
+        : stride_{stride},
+          row_{std::ptrdiff_t{steps} * stride},
+          end_{row_ + column / steps},
+          at_{std::ptrdiff_t{column % steps} * stride + column / steps}
     {}
-    NOOK_INLINE void next(int by = 1)
+    [[nodiscard]] NOOK_INLINE std::ptrdiff_t operator*() const { return at_; }
+    NOOK_INLINE void next(int steps = 1)
     {
-        step += by;
-        if (step >= steps) {
-            step -= steps;
-            ++lane;
+        at_ += std::ptrdiff_t{steps} * stride_;
+        if (at_ >= end_) {
+            at_ -= row_ - 1;
+            ++end_;
         }
     }
+    NOOK_INLINE void previous()
+    {
+        at_ -= stride_;
+        if (at_ < 0) {
+            at_ += row_ - 1;
+            --end_;
+        }
+    }
+
+private:
+    std::ptrdiff_t stride_, row_, end_, at_;
 };
 
 /// A row of sums. The fields of a step lie side by side: in arrays of their own, all of one length,
@@ -79,31 +95,26 @@ struct SumsRow {
     double* data;
 
     enum Field { pivot, sum, squares, count, fields };
+    static constexpr int stride = fields * lanes;
 
     static SumsRow take(ScratchLayout& block, std::size_t steps)
     {
-        return {block.take<double>(steps * (fields * lanes))};
+        return {block.take<double>(steps * stride)};
     }
-    [[nodiscard]] SumsRow from(std::ptrdiff_t step) const
-    {
-        return {data + step * (fields * lanes)};
-    }
+    [[nodiscard]] SumsRow from(std::ptrdiff_t step) const { return {data + step * stride}; }
+    [[nodiscard]] static Place place(int column, int steps) { return {column, steps, stride}; }
 
-    [[nodiscard]] NOOK_INLINE double* at(int step, Field field, int lane = 0) const
-    {
-        return data + ((step * fields + field) * lanes + lane);
-    }
     [[nodiscard]] NOOK_INLINE Real get(int step, Field field) const
     {
-        return load<lanes>(at(step, field));
+        return load<lanes>(data + std::ptrdiff_t{step} * stride + field * lanes);
     }
     [[nodiscard]] NOOK_INLINE Real get(const Place& place, Field field) const
     {
-        return load<lanes>(at(place.step, field, place.lane));
+        return load<lanes>(data + *place + field * lanes);
     }
     NOOK_INLINE void set(int step, Field field, const Real& value) const
     {
-        store(at(step, field), value);
+        store(data + std::ptrdiff_t{step} * stride + field * lanes, value);
     }
     template <class Where>
     [[nodiscard]] NOOK_INLINE Sums<lanes> get(const Where& where) const
@@ -117,7 +128,7 @@ struct SumsRow {
         set(step, sum, sums.sum);
         set(step, squares, sums.squares);
     }
-    void clear(int steps) const { std::fill_n(data, steps * (fields * lanes), 0.0); }
+    void clear(int steps) const { std::fill_n(data, steps * stride, 0.0); }
     void fill(int steps, Field field, double value) const
     {
         for (int step = 0; step < steps; ++step) set(step, field, broadcast<lanes>(value));
