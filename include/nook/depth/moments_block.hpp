@@ -116,7 +116,7 @@ private:
     static constexpr int lane_count = lanes;
     static constexpr int most_results = 4;
     /// Bytes that a strip may keep.
-    static constexpr std::size_t cache = 640 * 1024;
+    static constexpr std::size_t cache = 1200 * 1024;
 
     /// How the windows along an axis of `size` samples fall: `prefixes` that begin at 0, `interior`
     /// ones of k samples, and the rest, which end at the last sample.

@@ -86,8 +86,8 @@ protected:
             }
             across.set(first, Row::pivot, suffix.pivot);
         }
-        if (leftmost_) deliver_edge<holes>(y, rows, false);
-        if (rightmost_) deliver_edge<holes>(y, rows, true);
+        if (leftmost_) deliver_edge<holes, false>(y, rows);
+        if (rightmost_) deliver_edge<holes, true>(y, rows);
         if (starts_ > 0) deliver_full<holes>(y, rows);
     }
 
@@ -201,8 +201,8 @@ private:
     }
 
     /// Windows that begin at column 0, or end at the last.
-    template <bool holes>
-    void deliver_edge(int y, int rows, bool right)
+    template <bool holes, bool right>
+    void deliver_edge(int y, int rows)
     {
         const int prefixes = filter_.across_.prefixes;
         const int count = right ? filter_.width_ - filter_.across_.interior - prefixes : prefixes;
@@ -219,7 +219,10 @@ private:
         int added = 0;
         Place next = Row::place(right ? columns_ - 1 : 0, steps_);
         Place centre{right ? columns_ - 1 : 0, steps_, lanes};
-        const auto inwards = [&](Place& place) { right ? place.previous() : place.next(); };
+        const auto inwards = [](Place& place) {
+            if constexpr (right) place.previous();
+            else place.next();
+        };
         for (int i = 0; i < count; ++i, inwards(centre)) {
             const int x = right ? filter_.width_ - 1 - i : i;
             const Span reach = window_span(x, filter_.radius_, filter_.width_, filter_.border_);
