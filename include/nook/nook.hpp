@@ -13,6 +13,9 @@
 #include <nook/depth/moments_separable.hpp>
 #include <nook/depth/moments_strip.hpp>
 #include <nook/depth/moments_sums.hpp>
+#include <nook/depth/moments_table.hpp>
+#include <nook/depth/moments_table_ring.hpp>
+#include <nook/depth/moments_table_tile.hpp>
 #include <nook/depth/moments_variable.hpp>
 #include <nook/depth/projection.hpp>
 #include <nook/depth/source.hpp>

@@ -174,6 +174,7 @@ struct ChebyshevOutput {
     {
         *result = to_visibility(distance, background, variance, deviation);
     }
+    [[nodiscard]] bool wanted(int x, int y) const { return work_map.is_active(x, y); }
     /// `distances` is null where there is no background.
     template <class Distance>
     void row(Work& work, int y, int x, int width, const Value* values, std::ptrdiff_t,
@@ -220,6 +221,21 @@ struct ChebyshevWindow {
         };
         return {whole(reach.x), whole(reach.y)};
     }
+    /// The same for lanes of distances.
+    template <class Real>
+    struct Radii {
+        Real x, y;
+    };
+    template <class Real>
+    [[nodiscard]] Radii<Real> radii(const Real& distance) const
+    {
+        const Real scale = projection.orthographic ? Real{} + length : length / distance;
+        const auto whole = [&](const Real& pixels) {
+            const Real clamped = smaller(pixels, Real{} + static_cast<double>(largest));
+            return convert<double>(convert<std::int32_t>(clamped));
+        };
+        return {whole(projection.fx * scale), whole(projection.fy * scale)};
+    }
     /// One square window for all pixels?
     [[nodiscard]] bool fixed() const
     {
@@ -235,6 +251,23 @@ struct ChebyshevWindow {
     [[nodiscard]] auto variable_filter(int width, int height, Border border) const
     {
         return VariableMoments<Distance>{width, height, {largest, largest}, border};
+    }
+};
+
+/// What the variable filter asks about a pixel: its window, and what will be added to its variance.
+struct ShadedWindow {
+    const ChebyshevWindow& window;
+    const ChebyshevShade& shade;
+
+    template <class Real>
+    [[nodiscard]] auto radii(const Real& distance) const
+    {
+        return window.radii(distance);
+    }
+    template <class Real>
+    [[nodiscard]] Real slack(const Real& distance) const
+    {
+        return shade.bias_at(distance);
     }
 };
 
@@ -310,18 +343,9 @@ Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
         outcome = window.template fixed_filter<distance_t<Depth>>(width, height, options.border)
                       .run(source, output, scratch, executor);
     } else {
+        const detail::ShadedWindow window_and_bias{window, shade};
         outcome = window.template variable_filter<distance_t<Depth>>(width, height, options.border)
-                      .run(
-                          source, window, [&](double distance) { return shade.bias_at(distance); },
-                          [&](int x, int y) { return work_map.is_active(x, y); },
-                          [&](Work& work, int x, int y, double distance, const auto& moments) {
-                              const double total = moments.count + moments.background;
-                              const Value value =
-                                  static_cast<Value>(shade(distance, moments.background / total,
-                                                           moments.variance, moments.deviation));
-                              output.row(work, y, x, 1, &value, 0, &distance);
-                          },
-                          scratch, executor);
+                      .run(source, window_and_bias, output, scratch, executor);
     }
     if (outcome) {
         outcome.work.pixels =
