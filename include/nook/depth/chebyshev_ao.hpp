@@ -180,8 +180,18 @@ struct ChebyshevOutput {
     void row(Work& work, int y, int x, int width, const Value* values, std::ptrdiff_t,
              const Distance* distances) const
     {
-        if (distances == nullptr && work_map.everything() && visibility.pixel_stride == 1) {
-            std::copy_n(values, width, &visibility(x, y));
+        if (work_map.everything() && visibility.pixel_stride == 1) {
+            T* const out = &visibility(x, y);
+            if (distances == nullptr) {
+                std::copy_n(values, width, out);
+                return;
+            }
+            int background = 0;
+            for (int i = 0; i < width; ++i) {
+                out[i] = distances[i] > 0 ? values[i] : Value{1};
+                background += !(distances[i] > 0);
+            }
+            work.background += static_cast<std::uint64_t>(background);
             return;
         }
         int background = 0, skipped = 0;

@@ -91,7 +91,7 @@ public:
         // A run of blocks reads k − 1 rows more than it delivers: no more runs than workers need. The
         // bits are the same for any.
         const int workers = static_cast<int>(executor.concurrency());
-        const int wanted = workers > 1 ? pieces(6 * (std::min)(workers, 1024), strips_) : 1;
+        const int wanted = workers > 1 ? pieces(4 * (std::min)(workers, 1024), strips_) : 1;
         const int blocks = pieces(down_.interior, block_);
         const int size = (std::max)(pieces(blocks, wanted), pieces(64, block_));
         const auto run_task = [&](Work& work, const Memory& all, int task, int worker) {
@@ -158,9 +158,10 @@ private:
         Distance* centre;        ///< the pixels that a row of windows is about
         double* suffixes;        ///< per row of a block: sums and sums of squares of the rest of it
         float* suffix_count;     ///< their counts, where there is background
-        SumsRow<lanes> prefix;   ///< of the rows after the block, about the block's pivots
-        SumsRow<lanes> own;      ///< of the same rows, or of a border's, about the first of them
-        SumsRow<lanes> totals;   ///< of the whole blocks that all windows of a block share
+        bool* own_wanted;       ///< per step: its last row has background, so suffixes may be empty
+        SumsRow<lanes> prefix;  ///< of the rows after the block, about the block's pivots
+        SumsRow<lanes> own;     ///< of the same rows, or of a border's, about the first of them
+        SumsRow<lanes> totals;  ///< of the whole blocks that all windows of a block share
         bool* total_holes;
         SumsRow<lanes> columns;  ///< of the columns of a row of windows
         SumsRow<lanes> across;   ///< suffixes of the blocks of a row
@@ -179,6 +180,7 @@ private:
             mine.centre += at * row;
             mine.suffixes += at * filter.block_ * 2 * row;
             mine.suffix_count += at * filter.block_ * row;
+            mine.own_wanted += at * (filter.steps_ + 1);
             for (SumsRow<lanes>* sums : {&mine.prefix, &mine.own, &mine.columns, &mine.across})
                 *sums = sums->from(at * steps);
             mine.totals = totals.from(at * steps * filter.shared_blocks_);
@@ -217,6 +219,7 @@ private:
                     block.take<Distance>(size(row)),
                     block.take<double>(size(row * block_ * 2)),
                     block.take<float>(size(row * block_)),
+                    block.take<bool>(size(steps_ + 1)),
                     sums(steps),
                     sums(steps),
                     sums(steps * shared_blocks_),

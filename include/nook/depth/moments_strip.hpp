@@ -200,6 +200,7 @@ private:
             Set sums{};
             Upwards rows{*this, last};
             if (!holes) sums.pivot = distances(*rows, step);
+            memory_.own_wanted[step] = holes && any(distances(*rows, step) == 0.0);
             for (int y = last; y >= start; --y, rows.next()) {
                 const Real distance = distances(*rows, step);
                 const std::ptrdiff_t at = (y - start) * size + step * lanes;
@@ -256,12 +257,13 @@ private:
             prefix.set(step, Row::squares, sums.squares);
             return sums;
         };
-        // With a full last row no suffix is empty, and nothing but a count is asked of `own`.
-        const bool use_own = holes_in(last);
+        // Where the last row has no background no suffix is empty, and nothing but a count is asked of
+        // `own`.
+        const bool* const own_wanted = memory_.own_wanted;
         const auto add_any = [=](const Distance* distance, int step) NOOK_INLINE_LAMBDA {
             const Real z = distances(distance, step);
             Set after{};
-            if (use_own) {
+            if (own_wanted[step]) {
                 after = own.get(step);
                 after.add(z);
                 own.set(step, after);
@@ -332,7 +334,7 @@ private:
                 Set window{before + after.count, about_block.pivot,
                            load<lanes>(suffix) + about_block.sum,
                            load<lanes>(suffix + lanes) + about_block.squares};
-                if (use_own) {
+                if (own_wanted[step]) {
                     const auto none = before == 0.0;
                     window.pivot = none ? after.pivot : window.pivot;
                     window.sum = none ? after.sum : window.sum;
