@@ -91,7 +91,7 @@ protected:
         if (starts_ > 0) deliver_full<holes>(y, rows);
     }
 
-    /// A row whose windows hold no surface at all.
+    /// A row without any surface.
     void deliver_empty_row(int y)
     {
         const int first = leftmost_ ? 0 : first_ + filter_.radius_;

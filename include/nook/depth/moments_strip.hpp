@@ -81,17 +81,16 @@ private:
     {
         return window_span(y, filter_.radius_, filter_.height_, filter_.border_);
     }
-    [[nodiscard]] bool holes_in(int y) const
+    [[nodiscard]] Background background(int y) const
     {
-        return memory_.background[y % filter_.slots_] != Background::none;
+        return memory_.background[y % filter_.slots_];
     }
+    [[nodiscard]] bool holes_in(int y) const { return background(y) != Background::none; }
     /// Decodes a row into its slot of the ring, dealt to the lanes.
     void read(int y)
     {
-        const Background background =
+        memory_.background[y % filter_.slots_] =
             read_row<lanes>(source_, first_, columns_, y, memory_.samples);
-        memory_.background[y % filter_.slots_] = background;
-        empty_rows_ = background == Background::all ? empty_rows_ + 1 : 0;
         Distance* const out = row(y);
         const Distance* const samples = memory_.samples;
         const int steps = steps_;
@@ -320,7 +319,8 @@ private:
                 });
                 continue;
             }
-            if (empty_rows_ >= k) {
+            // Nothing to add, and nothing to deliver.
+            if (background(y + k - 1) == Background::all && background(centre) == Background::all) {
                 Rows::deliver_empty_row(centre);
                 continue;
             }
@@ -347,7 +347,6 @@ private:
 
     const Source& source_;
     bool border_holes_ = false;  ///< among the rows added so far
-    int empty_rows_ = 0;         ///< read last, without any surface
 };
 
 }  // namespace nook::inline NOOK_TARGET::detail
