@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
@@ -134,17 +135,42 @@ template <class L>
     return a < b ? a : b;
 }
 
+template <class L, int... I>
+[[nodiscard]] NOOK_INLINE auto halves(const L& lanes, std::integer_sequence<int, I...>)
+{
+    using Half = Lanes<typename LanesTraits<L>::Value, static_cast<int>(sizeof...(I))>;
+    struct Halves {
+        Half low, high;
+    };
+#if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 12)
+    if constexpr (sizeof...(I) > 1)
+        return Halves{
+            __builtin_shufflevector(lanes, lanes, I...),
+            __builtin_shufflevector(lanes, lanes, (I + static_cast<int>(sizeof...(I)))...)};
+    else return Halves{lanes[0], lanes[1]};
+#else
+    return std::bit_cast<Halves>(lanes);
+#endif
+}
+/// Combines all lanes into one value.
+template <class L, class Combine>
+[[nodiscard]] NOOK_INLINE auto fold(const L& lanes, const Combine& combine)
+{
+    constexpr int count = LanesTraits<L>::count;
+    if constexpr (count == 1) {
+        // One lane of a vector and a scalar are both scalars.
+        return lanes;
+    } else {
+        const auto both = halves(lanes, std::make_integer_sequence<int, count / 2>{});
+        return fold(combine(both.low, both.high), combine);
+    }
+}
+
 /// True when any lane of a comparison's result is.
 template <class Mask>
 [[nodiscard]] NOOK_INLINE bool any(const Mask& mask)
 {
-    if constexpr (std::is_same_v<Mask, bool>) {
-        return mask;
-    } else {
-        bool result = false;
-        for (int i = 0; i < LanesTraits<Mask>::count; ++i) result = result | (mask[i] != 0);
-        return result;
-    }
+    return fold(mask, [](const auto& a, const auto& b) { return a | b; }) != 0;
 }
 
 #if defined(__clang__)

@@ -74,8 +74,7 @@ template <int lanes, class Stored, class Decode, class Distance>
 DistanceRange<Distance> read_padded(const DepthSource<Stored, Decode>& source, Span at, int y,
                                     Distance* samples);
 
-// --- bodies
-// ---------------------------------------------------------------------------------------
+// --- bodies ---------------------------------------------------------------------------------------
 
 inline void TableRing::start(int first)
 {
@@ -100,23 +99,6 @@ void TableRing::add(const Distance* samples, int count)
     ++newest;
     slot = slot + 1 == rows ? 0 : slot + 1;
     add_table_row<lanes, masked, wide>(fixed, samples, count, above, row(newest));
-}
-
-/// Combines all lanes into one value.
-template <class L, class Combine>
-[[nodiscard]] NOOK_INLINE auto fold(const L& values, const Combine& combine)
-{
-    constexpr int count = LanesTraits<L>::count;
-    if constexpr (count == 1) {
-        // One lane of a vector and a scalar are both scalars.
-        return values;
-    } else {
-        struct Halves {
-            Lanes<typename LanesTraits<L>::Value, count / 2> low, high;
-        };
-        const auto halves = std::bit_cast<Halves>(values);
-        return fold(combine(halves.low, halves.high), combine);
-    }
 }
 
 /// Adds distances to a range in registers, lane by lane.
