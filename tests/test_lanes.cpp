@@ -37,7 +37,6 @@ void check_everything()
         CHECK(lane(b, i) == 3);
         CHECK(lane(larger(a, b), i) == (x > 3 ? x : 3));
         CHECK(lane(smaller(a, b), i) == (x < 3 ? x : 3));
-        CHECK(lane(next_lanes(a), i) == (i + 1 < N ? x + 1 : 0));
         CHECK(lane(convert<double>(a), i) == double(x));
         CHECK(lane(convert<float>(a), i) == float(x));
         CHECK(lane(convert<std::int32_t>(a), i) == int(x));

@@ -1,7 +1,6 @@
-#include <fstream>
-
 #include <nook/version.hpp>
 
+#include "../support/machine.hpp"
 #include "output.hpp"
 
 namespace report {
@@ -9,30 +8,6 @@ namespace report {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string cpu_name()
-{
-    std::ifstream file{"/proc/cpuinfo"};
-    for (std::string line; std::getline(file, line);) {
-        const std::size_t colon = line.find(": ");
-        if (line.starts_with("model name") && colon != std::string::npos)
-            return line.substr(colon + 2);
-    }
-    return "unknown";
-}
-
-std::string compiler_name()
-{
-#if defined(__clang__)
-    return std::string{"clang++ "} + std::to_string(__clang_major__) + '.' +
-           std::to_string(__clang_minor__) + '.' + std::to_string(__clang_patchlevel__);
-#elif defined(__GNUC__)
-    return std::string{"g++ "} + std::to_string(__GNUC__) + '.' + std::to_string(__GNUC_MINOR__) +
-           '.' + std::to_string(__GNUC_PATCHLEVEL__);
-#else
-    return "unknown";
-#endif
-}
 
 Json metrics(const nook::ErrorMetrics& error)
 {
@@ -68,8 +43,9 @@ Json json_of(const std::vector<SceneReport>& scenes, const std::vector<stability
 {
     Json report;
     report["nook"] = nook::version;
-    report["machine"] = {
-        {"cpu", cpu_name()}, {"compiler", compiler_name()}, {"threads", options.threads}};
+    report["machine"] = {{"cpu", support::cpu_name()},
+                         {"compiler", support::compiler_name()},
+                         {"threads", options.threads}};
     report["scenes"] = Json::array();
     for (const SceneReport& scene : scenes) {
         Json entry;

@@ -1,10 +1,8 @@
 // nook-report: every kernel on every scene, with its error, its run time and its pictures.
 
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <iostream>
-#include <new>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -13,6 +11,7 @@
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
 #include "../support/obj_file.hpp"
+#include "../support/program.hpp"
 #include "kernels.hpp"
 #include "options.hpp"
 #include "output.hpp"
@@ -179,22 +178,8 @@ void run_all(const Options& options)
 
 int main(int argc, char** argv)
 {
-    const auto fail = [](const std::string& why) {
-        std::string line = "nook-report: " + why;
-        for (char& c : line)
-            if (c == '\n' || c == '\r') c = ' ';
-        std::fprintf(stderr, "%s\n", line.c_str());
-        return 2;
-    };
-    try {
+    return support::run_program("nook-report", [&] {
         report::Options options;
         if (report::read_options(argc, argv, options)) report::run_all(options);
-        return 0;
-    } catch (const support::Failure& failure) {
-        return fail(failure.what());
-    } catch (const std::bad_alloc&) {
-        return fail("out of memory");
-    } catch (const std::exception& error) {
-        return fail(error.what());
-    }
+    });
 }

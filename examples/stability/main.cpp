@@ -4,9 +4,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdio>
-#include <exception>
 #include <iostream>
-#include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -18,6 +16,7 @@
 
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
+#include "../support/program.hpp"
 #include "stability.hpp"
 
 namespace {
@@ -94,22 +93,8 @@ void answer(const CommandLine& command)
 
 int main(int argc, char** argv)
 {
-    const auto fail = [](const std::string& why) {
-        std::string line = "nook-stability: " + why;
-        for (char& c : line)
-            if (c == '\n' || c == '\r') c = ' ';
-        std::fprintf(stderr, "%s\n", line.c_str());
-        return 2;
-    };
-    try {
+    return support::run_program("nook-stability", [&] {
         CommandLine command;
         if (read_command_line(argc, argv, command)) answer(command);
-        return 0;
-    } catch (const support::Failure& failure) {
-        return fail(failure.what());
-    } catch (const std::bad_alloc&) {
-        return fail("out of memory");
-    } catch (const std::exception& error) {
-        return fail(error.what());
-    }
+    });
 }

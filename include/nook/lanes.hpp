@@ -187,20 +187,6 @@ using ShuffleIndex = std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32
 #define NOOK_SHUFFLE(a, b, ...) a
 #endif
 
-template <class L, int... I>
-[[nodiscard]] NOOK_INLINE L next_lanes(L lanes, std::integer_sequence<int, I...>)
-{
-    L zero{};
-    return NOOK_SHUFFLE(lanes, zero, (I + 1)...);
-}
-/// Lane i takes lane i + 1; the last takes 0.
-template <class L>
-[[nodiscard]] NOOK_INLINE L next_lanes(const L& lanes)
-{
-    if constexpr (LanesTraits<L>::count == 1) return L{0};
-    else return next_lanes(lanes, std::make_integer_sequence<int, LanesTraits<L>::count>{});
-}
-
 template <int half, class L, int... I>
 NOOK_INLINE void transpose_halves(L* rows, std::integer_sequence<int, I...>)
 {

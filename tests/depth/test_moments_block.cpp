@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <random>
+#include <type_traits>
 #include <vector>
 
 #include <nook/depth/moments_block.hpp>
@@ -152,6 +153,44 @@ TEST_CASE("double images keep the relief of their last bits")
                          1e-13);
     check_against_direct(image, 9, Border::symmetric,
                          filter<native_lanes>(image, 9, Border::symmetric), 1e-13);
+}
+
+TEST_CASE("the last strip keeps to the memory that the widest was given")
+{
+    // It has a few columns less. Dealt to the lanes by itself it took more steps than the widest, and
+    // wrote into its neighbour's memory.
+    const auto check = [](auto lanes, int window, int width) {
+        const int height = window + 2, radius = window / 2;
+        CAPTURE(window);
+        Image<float> image{width, height};
+        std::mt19937 random{2};
+        for (float& distance : image) distance = 1 + 1e-3f * static_cast<float>(random() % 1000);
+        const Moments moments = filter<decltype(lanes)::value>(image, window, Border::symmetric);
+        for (int i = 0; i < 40; ++i) {
+            const int x =
+                i < 20 ? width - 1 - i * radius / 16 : static_cast<int>(random() % 4) * (width / 4);
+            const int y = height / 2 - 1 + i % 3;
+            const auto expected =
+                direct_moments<double>(nook::depth_source(image.view()), image(x, y),
+                                       window_span(x, radius, width, Border::symmetric),
+                                       window_span(y, radius, height, Border::symmetric));
+            REQUIRE(moments.count(x, y) == expected.count);
+            REQUIRE(std::fabs(moments.variance(x, y) - expected.variance) <=
+                    1e-11 * expected.variance);
+        }
+    };
+    check(std::integral_constant<int, 1>{}, 393, 1617);
+    constexpr int window = native_lanes == 8 ? 815 : native_lanes == 4 ? 303 : 295;
+    constexpr int width = native_lanes == 8 ? 4987 : native_lanes == 4 ? 1575 : 1551;
+    check(std::integral_constant<int, native_lanes>{}, window, width);
+}
+
+TEST_CASE("windows of one pixel reach the last column of a wide image")
+{
+    // They were filtered in the first strip alone.
+    const Image<float> image{12000, 2, 3.0f};
+    const Moments moments = filter<native_lanes>(image, 1, Border::symmetric);
+    for (const double count : moments.count) REQUIRE(count == 1);
 }
 
 TEST_SUITE_END();

@@ -1,14 +1,12 @@
 // nook-compare: Chebyshev ambient occlusion against what else one could do, in rotation.
 
 #include <cstdio>
-#include <exception>
-#include <new>
-#include <string>
 
 #include "failure.hpp"
 #include "options.hpp"
 #include "parts.hpp"
 #include "results.hpp"
+#include "support/program.hpp"
 
 namespace {
 
@@ -33,19 +31,8 @@ void run(const compare::Options& options)
 // The status tells whether the comparison ran, never how fast.
 int main(int argc, char** argv)
 {
-    const auto fail = [](std::string why) {
-        for (char& c : why)
-            if (c == '\n' || c == '\r') c = ' ';
-        std::fprintf(stderr, "nook-compare: %s\n", why.c_str());
-        return 2;
-    };
-    try {
+    return support::run_program("nook-compare", [&] {
         compare::Options options;
         if (compare::read_options(argc, argv, options)) run(options);
-        return 0;
-    } catch (const std::bad_alloc&) {
-        return fail("out of memory");
-    } catch (const std::exception& error) {
-        return fail(error.what());
-    }
+    });
 }

@@ -11,6 +11,7 @@
 #include "failure.hpp"
 #include "kernels.hpp"
 #include "opencv.hpp"
+#include "support/machine.hpp"
 
 namespace compare {
 
@@ -33,28 +34,6 @@ std::size_t columns(const std::string& text)
     }));
 }
 
-std::string cpu_name()
-{
-    std::ifstream file{"/proc/cpuinfo"};
-    for (std::string line; std::getline(file, line);) {
-        const std::size_t colon = line.find(": ");
-        if (line.starts_with("model name") && colon != std::string::npos)
-            return line.substr(colon + 2);
-    }
-    return "unknown";
-}
-
-std::string compiler_name()
-{
-#if defined(__clang__)
-    return std::string{"clang++ "} + __clang_version__;
-#elif defined(__GNUC__)
-    return std::string{"g++ "} + __VERSION__;
-#else
-    return "unknown";
-#endif
-}
-
 Json json_of(const Summary& summary)
 {
     return {{"median", summary.median},
@@ -66,8 +45,8 @@ Json machine(const Options& options)
 {
     Json result;
     result["nook"] = nook::version;
-    result["cpu"] = cpu_name();
-    result["compiler"] = compiler_name();
+    result["cpu"] = support::cpu_name();
+    result["compiler"] = support::compiler_name();
     result["instruction_set"] = targets().best().name;
     const std::string opencv = opencv_version();
     result["opencv"] = opencv.empty() ? "not found" : opencv;

@@ -32,7 +32,7 @@ struct MomentsOptions {
 };
 
 /// Where the moments go: each view has the size of the depth, or is empty and costs nothing. At
-/// background pixels all of them are 0. Squares that leave the range of Value become its largest.
+/// background pixels all of them are 0. What leaves the range of Value becomes its largest.
 template <class Value>
 struct BoxMoments {
     /// Surface samples in the window.
@@ -134,7 +134,8 @@ void write_moments(const BoxMoments<Value>& moments, int x, int y, std::int32_t 
 {
     const auto write = [&](const ImageView<Value>& image, double value) {
         constexpr Value largest = (std::numeric_limits<Value>::max)();
-        if (image.data) image(x, y) = value < double{largest} ? static_cast<Value>(value) : largest;
+        const auto clamped = (std::min)((std::max)(value, -double{largest}), double{largest});
+        if (image.data) image(x, y) = static_cast<Value>(clamped);
     };
     if (moments.count.data) moments.count(x, y) = count;
     const double mean = distance - deviation;

@@ -63,11 +63,13 @@ public:
             sizeof(double) * static_cast<std::size_t>(2 * block_ + 4 * shared_blocks_) + 150;
         const int fitting = static_cast<int>(cache / column);
         const int wanted = (std::max)({fitting - window + 1, window, 256});
-        const int strips = (std::max)(1, (across_.interior + wanted / 2) / wanted);
+        const int strips =
+            window == 1 ? 1 : (std::max)(1, (across_.interior + wanted / 2) / wanted);
         starts_ = pieces(across_.interior, strips);
         strips_ = starts_ > 0 ? pieces(across_.interior, starts_) : 1;
         const int columns = starts_ > 0 ? starts_ + window - 1 : width;
-        steps_ = pieces(dealt((std::max)(columns, 1)).steps(), lanes) * lanes;
+        dealt_ = deal((std::max)(columns, 1));
+        steps_ = pieces(dealt_.size * dealt_.blocks, lanes) * lanes;
     }
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
@@ -128,13 +130,13 @@ private:
         if (size >= window_) return {radius_, size - window_ + 1};
         return {border_ == Border::symmetric ? (size + 1) / 2 : (std::min)(radius_ + 1, size), 0};
     }
-    /// How the columns of a strip are dealt: each lane gets `blocks` blocks of `size`.
+    /// How the columns of every strip are dealt, a narrower last one too: each lane gets `blocks`
+    /// blocks of `size`.
     struct Dealt {
         int size, blocks;
-        [[nodiscard]] int steps() const { return size * blocks; }
     };
     /// Blocks such that what their windows share is soon added up, and few columns are left over.
-    [[nodiscard]] Dealt dealt(int columns) const
+    [[nodiscard]] Dealt deal(int columns) const
     {
         const int each = pieces(columns, lanes), reach = (std::max)(1, window_ - 1);
         Dealt best{};
@@ -241,6 +243,7 @@ private:
     int shared_blocks_;  ///< whole blocks after a block that are in all of its windows
     int starts_;         ///< full windows along a row of a strip
     int strips_;
+    Dealt dealt_;
     int steps_;  ///< columns of a lane, rounded up to a multiple of the lanes
 };
 

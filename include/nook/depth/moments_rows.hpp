@@ -33,8 +33,8 @@ protected:
           first_{strip * filter.starts_},
           starts_{(std::min)(filter.starts_, filter.across_.interior - first_)},
           columns_{starts_ > 0 ? starts_ + filter.window_ - 1 : filter.width_},
-          size_{filter.dealt(columns_).size},
-          steps_{filter.dealt(columns_).steps()},
+          size_{filter.dealt_.size},
+          steps_{filter.dealt_.size * filter.dealt_.blocks},
           leftmost_{strip == 0},
           rightmost_{strip == filter.strips_ - 1}
     {
@@ -107,10 +107,11 @@ protected:
                                   const Real& area, Value* results, std::ptrdiff_t pitch)
     {
         const Real samples = holes ? larger(window.count, Real{} + 1.0) : area;
-        const Real inverse = 1.0 / samples;
-        const Real mean = window.sum * inverse;
-        const Real variance = larger((window.squares - window.sum * mean) * inverse, Real{});
-        const Real deviation = (distance - window.pivot) - mean;
+        const Real inverse = fenced(1.0 / samples);
+        const Real mean = fenced(window.sum * inverse);
+        const Real spread = fenced(window.squares - window.sum * mean);
+        const Real variance = larger(spread * inverse, Real{});
+        const Real deviation = fenced(distance - window.pivot) - mean;
         Real shaded[Consume::results];
         if constexpr (holes)
             consume.shade(distance, window.count, (area - window.count) / area, variance, deviation,

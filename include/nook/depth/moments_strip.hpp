@@ -228,8 +228,8 @@ private:
         bool holes = suffix_holes, fresh = true;
         int added = 0;
         if (holes) own.clear(steps);
-        // Takes note of more rows. Sums go on in the general form from the first background on. True
-        // if they are the first.
+        // Takes note of more rows. Sums go on in the general form from the first background on; the
+        // block then has none, and nothing but the counts of `own` matters. True if they are the first.
         const auto enter = [&](int rows, bool their_holes) {
             if (!holes && their_holes) {
                 prefix.copy(steps, Row::pivot, pivots);

@@ -11,42 +11,40 @@
 #include <nook/lanes.hpp>
 #include <nook/target.hpp>
 
-/// A summed area table (Crow 1984) of whole numbers, which makes no rounding
-/// error: distances become integers (block fixed point), and sums of them and
-/// of their squares are kept modulo 2⁶⁴. The window that four entries give is
-/// right however often the entries wrapped, provided that its own sum fits.
+/// A summed area table (Crow 1984) of whole numbers, which makes no rounding error: distances
+/// become integers (block fixed point), and sums of them and of their squares are kept modulo 2⁶⁴.
+/// The window that four entries give is right however often the entries wrapped, provided that its
+/// own sum fits.
 namespace nook::inline NOOK_TARGET::detail {
 
-/// How the distances of a region become whole numbers below 2³¹: (x − offset) /
-/// step, rounded. A step is a power of two: no smaller than the spacing of
-/// floats at the least distance, and then every distance is exact; larger if
-/// the region would not fit otherwise.
+/// How the distances of a region become whole numbers below 2³¹: (x − offset) / step, rounded. A
+/// step is a power of two: no smaller than the spacing of floats at the least distance, and then
+/// every distance is exact; larger if the region would not fit otherwise.
 struct FixedPoint {
     double step = 1, per_step = 1;
     double offset = 0;      ///< in steps; a whole number
     double exact_from = 0;  ///< distances from here on are whole steps
     double least = 0,
            largest = 0;  ///< distances outside are outliers: they enter no sum
-    /// Sums of squares may leave 64 bits, distances may be rounded, or there are
-    /// outliers: the table keeps more than sums (see `TableRow::marks`).
+    /// Sums of squares may leave 64 bits, distances may be rounded, or there are outliers: the
+    /// table keeps more than sums (see `TableRow::marks`).
     bool wide = false;
     bool outliers = false;
     int shift = 0;  ///< squares lose this many bits on their way into the marks
 };
 
-/// For distances in [least, largest], > 0, of which no window holds more than
-/// `samples` < 2²⁴. With `outliers` there may be others.
+/// For distances in [least, largest], > 0, of which no window holds more than `samples` < 2²⁴. With
+/// `outliers` there may be others.
 template <class Distance>
 [[nodiscard]] FixedPoint fixed_point(Distance least, Distance largest, double samples,
                                      bool outliers);
 
-/// One row of a table: entry i sums all samples of columns ≤ i in the rows up
-/// to this one.
+/// One row of a table: entry i sums all samples of columns ≤ i in the rows up to this one.
 struct TableRow {
     std::uint64_t* sum;
     std::uint64_t* squares;
-    /// Bits 32–63: squares >> shift; bits 0–31: flaws, which are outliers if
-    /// there may be any, else samples that were rounded. Kept if wide.
+    /// Bits 32–63: squares >> shift; bits 0–31: flaws, which are outliers if there may be any, else
+    /// samples that were rounded. Kept if wide.
     std::uint64_t* marks;
     std::uint64_t* background;  ///< samples without a surface; kept if masked
 
@@ -62,22 +60,21 @@ struct TableSums {
     Lanes<std::uint64_t, N> sum, squares, marks, background;
 };
 
-/// Adds a row of `count` distances, 0 = background, to the row above. Reads and
-/// writes up to a multiple of N; the distances there are 0.
+/// Adds a row of `count` distances, 0 = background, to the row above. Reads and writes up to a
+/// multiple of N; the distances there are 0.
 template <int N, bool masked, bool wide, class Distance>
 void add_table_row(const FixedPoint& fixed, const Distance* distances, int count,
                    const TableRow& above, const TableRow& row);
 
-/// A corner of the windows of N neighbouring pixels: that of the first lies at
-/// entry `first` of a row, each other `stride` entries on.
+/// A corner of the windows of N neighbouring pixels: that of the first lies at entry `first` of a
+/// row, each other `stride` entries on.
 struct Corners {
     std::ptrdiff_t first;
     int stride;  ///< 0, 1 or 2
 };
 
-/// The windows of N neighbouring pixels. Their corners are entries of their
-/// last row and of the row above their first, at their last column and at the
-/// column before their first.
+/// The windows of N neighbouring pixels. Their corners are entries of their last row and of the row
+/// above their first, at their last column and at the column before their first.
 template <int N, bool masked, bool wide>
 [[nodiscard]] TableSums<N> window_sums(const TableRow& top, const TableRow& bottom, Corners left,
                                        Corners right);
@@ -86,13 +83,12 @@ template <int N, bool masked, bool wide>
 template <int N>
 struct TableMoments {
     Lanes<double, N> count, background, variance, deviation;
-    /// Above 0, the number of flaws, where they keep the table from vouching for
-    /// the moments.
+    /// Above 0, the number of flaws, where they keep the table from vouching for the moments.
     Lanes<double, N> doubt;
 };
 
-/// `area`: samples in each window, background included; `per_area` = 1 / area.
-/// `slack`: what the caller will add to the variance.
+/// `area`: samples in each window, background included; `per_area` = 1 / area. `slack`: what the
+/// caller will add to the variance.
 template <int N, bool masked, bool wide, class Slack>
 [[nodiscard]] TableMoments<N> table_moments(const FixedPoint& fixed, const TableSums<N>& sums,
                                             const Lanes<double, N>& distance,
@@ -100,7 +96,6 @@ template <int N, bool masked, bool wide, class Slack>
                                             const Lanes<double, N>& per_area, const Slack& slack);
 
 // --- bodies
-// ---------------------------------------------------------------------------------------
 
 /// 2^exponent.
 [[nodiscard]] inline double power_of_two(int exponent)
@@ -112,9 +107,8 @@ template <class Distance>
 FixedPoint fixed_point(Distance least, Distance largest, double samples, bool outliers)
 {
     constexpr int digits = std::numeric_limits<Distance>::digits;
-    // Keeps squares of steps in the range of double. Denormal floats get the
-    // steps that normal ones would: images that differ by a power of two give the
-    // same whole numbers.
+    // Keeps squares of steps in the range of double. Denormal floats get the steps that normal ones
+    // would: images that differ by a power of two give the same whole numbers.
     constexpr int finest = -480;
     FixedPoint fixed;
     fixed.least = static_cast<double>(least);
@@ -141,8 +135,7 @@ FixedPoint fixed_point(Distance least, Distance largest, double samples, bool ou
     fixed.offset = std::floor(static_cast<double>(least) * fixed.per_step);
     fixed.exact_from = exact ? 0 : fixed.step * power_of_two(digits - 1);
     fixed.shift = 63 - window_bits;
-    // By Popoviciu's inequality the squares about the mean sum up to at most
-    // samples · range² / 4.
+    // By Popoviciu's inequality the squares about the mean sum up to at most samples · range² / 4.
     const double steps = range * fixed.per_step + 4;
     fixed.wide = outliers || !exact || samples * steps * steps > 0x1.fp65;
     return fixed;
@@ -182,9 +175,8 @@ void add_table_row(const FixedPoint& fixed, const Distance* distances, int count
                    const TableRow& above, const TableRow& row)
 {
     using Whole = Lanes<std::uint64_t, N>;
-    // 2⁵² more than the whole number: it then stands in the low bits of the
-    // double. The product is exact, so that the one addition rounds, contracted
-    // or not.
+    // 2⁵² more than the whole number: it then stands in the low bits of the double. The product is
+    // exact, so that the one addition rounds, contracted or not.
     const double bias = 0x1p52 - fixed.offset;
     Whole sum{}, squares{}, marks{}, background{};
     for (int i = 0; i < count; i += N) {
@@ -256,8 +248,8 @@ NOOK_INLINE TableSums<N> window_sums(const TableRow& top, const TableRow& bottom
     return sums;
 }
 
-/// Whole numbers below 2^bits as doubles; rounded from 2⁵³ on. Without the usual constant 2⁵², whose
-/// subtraction -ffast-math may move.
+/// Whole numbers below 2^bits as doubles; rounded from 2⁵³ on. Without the usual constant 2⁵²,
+/// whose subtraction -ffast-math may move.
 template <int N, int bits>
 [[nodiscard]] NOOK_INLINE Lanes<double, N> to_double(const Lanes<std::uint64_t, N>& whole)
 {
@@ -301,8 +293,7 @@ NOOK_INLINE TableMoments<N> table_moments(const FixedPoint& fixed, const TableSu
     }
     moments.count = count;
 
-    // Squares about p, the whole number next to the mean: S2 − p (2 S1 − n p)
-    // modulo 2⁶⁴.
+    // Squares about p, the whole number next to the mean: S2 − p (2 S1 − n p) modulo 2⁶⁴.
     const Real sum = to_double<N, 48>(sums.sum);
     const Whole whole_pivot = to_whole<N>(sum * per_count);
     const Real pivot = to_double<N, 31>(whole_pivot);
@@ -310,9 +301,8 @@ NOOK_INLINE TableMoments<N> table_moments(const FixedPoint& fixed, const TableSu
     const Whole whole_squares = sums.squares - whole_pivot * (sums.sum + to_whole<N>(left_over));
     Real squares;
     if constexpr (wide) {
-        // S2 >> shift, short of it by less than n, tells which multiple of 2⁶⁴ is
-        // missing. The squares about p are known modulo 2^(32 + shift), which is
-        // twice their largest value.
+        // S2 >> shift, short of it by less than n, tells which multiple of 2⁶⁴ is missing. The
+        // squares about p are known modulo 2^(32 + shift), which is twice their largest value.
         const double unit = power_of_two(fixed.shift), per_unit = power_of_two(-fixed.shift);
         const Real taken = pivot * (sum + left_over) * per_unit;
         const Whole coarse = (sums.marks >> 32) + 0x40000000u - to_whole<N>(taken);
@@ -326,13 +316,12 @@ NOOK_INLINE TableMoments<N> table_moments(const FixedPoint& fixed, const TableSu
     const double square_step = fixed.step * fixed.step;
     const Real m2 = larger(squares - left_over * left_over * per_count, Real{});
     moments.variance = m2 * per_count * square_step;
-    const Real steps = distance * fixed.per_step - fixed.offset;
-    moments.deviation = ((steps - pivot) - left_over * per_count) * fixed.step;
+    const Real steps = fenced(distance * fixed.per_step - fixed.offset);
+    moments.deviation = (fenced(steps - pivot) - left_over * per_count) * fixed.step;
     if constexpr (wide) {
-        // A rounded sample is wrong by half a step at most: the mean by half a
-        // step, the variance σ² by σ steps and a quarter. With v = variance + slack
-        // the visibility v / (v + d²) changes by at most |dv| / (4 v) + 0.65 |dd| /
-        // √v, below 10⁻⁵ from √v = 57600 steps on.
+        // A rounded sample is wrong by half a step at most: the mean by half a step, the variance
+        // σ² by σ steps and a quarter. With v = variance + slack the visibility v / (v + d²)
+        // changes by at most |dv| / (4 v) + 0.65 |dd| / √v, below 10⁻⁵ from √v = 57600 steps on.
         const auto certain = moments.variance + slack(distance) >= 57600.0 * 57600.0 * square_step;
         const Real flaws = to_double<N, 31>(sums.marks & 0xffffffffu);
         const bool rounded = fixed.exact_from > 0;

@@ -13,12 +13,11 @@
 #include <nook/depth/window.hpp>
 #include <nook/lanes.hpp>
 
-/// What the filter for windows of many sizes keeps while it goes down the rows
-/// of a tile.
+/// What the filter for windows of many sizes keeps while it goes down the rows of a tile.
 namespace nook::inline NOOK_TARGET::detail {
 
-/// Rows of a table: as many as the windows of one row of pixels reach, the
-/// newest in place of the oldest.
+/// Rows of a table: as many as the windows of one row of pixels reach, the newest in place of the
+/// oldest.
 struct TableRing {
     /// Room before the first entry of a row; the entry before it is 0.
     static constexpr int margin = 16;
@@ -37,14 +36,12 @@ struct TableRing {
     }
     /// Forgets all rows; the first to add is `first`.
     void start(int first);
-    /// Adds the next row, of `count` distances, padded with background to a
-    /// multiple of the lanes.
+    /// Adds the next row, of `count` distances, padded with background to a multiple of the lanes.
     template <int lanes, bool masked, bool wide, class Distance>
     void add(const Distance* samples, int count);
 };
 
-/// The least and greatest surface distances; `greatest` is 0 where there is
-/// none.
+/// The least and greatest surface distances; `greatest` is 0 where there is none.
 template <class Distance>
 struct DistanceRange {
     Distance least = (std::numeric_limits<Distance>::max)(), greatest = 0;
@@ -74,7 +71,7 @@ template <int lanes, class Stored, class Decode, class Distance>
 DistanceRange<Distance> read_padded(const DepthSource<Stored, Decode>& source, Span at, int y,
                                     Distance* samples);
 
-// --- bodies ---------------------------------------------------------------------------------------
+// --- bodies ---
 
 inline void TableRing::start(int first)
 {

@@ -24,8 +24,8 @@ struct WindowRadius {
     friend bool operator==(const WindowRadius&, const WindowRadius&) = default;
 };
 
-/// How an image is cut into tiles, each with a table of its own over the region
-/// that its windows reach.
+/// How an image is cut into tiles, each with a table of its own over the region that its windows
+/// reach.
 struct TileGrid {
     int width, height;
     Border border;
@@ -40,7 +40,8 @@ struct TileGrid {
           tile_width{tile_size(image_width, largest.x)},
           tile_height{tile_size(image_height, largest.y)}
     {}
-    /// Large beside the radius, since the table takes in that much around the tile; all nearly alike.
+    /// Large beside the radius, since the table takes in that much around the tile; all nearly
+    /// alike.
     [[nodiscard]] static int tile_size(int size, int radius)
     {
         const int most = (std::max)(256, 4 * radius);
@@ -286,8 +287,8 @@ private:
                              areas, 1.0 / areas, doubt);
     }
 
-    /// Neighbours whose radii may differ: the windows of all for each radius
-    /// among them, up to three, of which each takes its range.
+    /// Neighbours whose radii may differ: the windows of all for each radius among them, up to
+    /// three, of which each takes its range.
     template <bool masked, bool wide>
     NOOK_NOINLINE void look_up_mixed(int x, int y, Real& doubt)
     {
@@ -393,8 +394,8 @@ private:
         }
     }
 
-    /// The pixels of row y that the table cannot vouch for: from a finer table of
-    /// the distances near theirs, if it pays to make one; else directly.
+    /// The pixels of row y that the table cannot vouch for: from a finer table of the distances
+    /// near theirs, if it pays to make one; else directly.
     void resolve(int y)
     {
         if (doubtful_samples(y) > patience) refine(y);
@@ -464,8 +465,7 @@ private:
                 const Distance distance = memory.samples[x - columns.first];
                 range.add({distance, distance});
             }
-        // Floats from one eighth of a distance to 15 times that distance are exact
-        // in 31 bits.
+        // Floats from one eighth of a distance to 15 times that distance are exact in 31 bits.
         constexpr Distance largest = (std::numeric_limits<Distance>::max)() / 16;
         const Distance least = range.least / 8;
         const Distance greatest = larger(range.greatest * 2, range.least * 15);
