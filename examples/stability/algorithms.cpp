@@ -71,27 +71,28 @@ DepthOutput separable(const Image<float>& input, int window)
         if constexpr (running) running_sums<T>(size, window, at, write);
         else sums_anew<T>(size, window, at, write);
     };
+    const int columns = input.width(), rows = input.height();
     const Image<T> depth = converted<T>(input);
-    Image<T> across{width, height}, across_squares{width, height};
-    for (int y = 0; y < height; ++y) {
+    Image<T> across{columns, rows}, across_squares{columns, rows};
+    for (int y = 0; y < rows; ++y) {
         filter(
-            width, [&](int x) { return depth(x, y); }, [&](int x, T sum) { across(x, y) = sum; });
+            columns, [&](int x) { return depth(x, y); }, [&](int x, T sum) { across(x, y) = sum; });
         filter(
-            width, [&](int x) { return depth(x, y) * depth(x, y); },
+            columns, [&](int x) { return depth(x, y) * depth(x, y); },
             [&](int x, T sum) { across_squares(x, y) = sum; });
     }
-    Image<T> sums{width, height}, squares{width, height};
-    for (int x = 0; x < width; ++x) {
+    Image<T> sums{columns, rows}, squares{columns, rows};
+    for (int x = 0; x < columns; ++x) {
         filter(
-            height, [&](int y) { return across(x, y); }, [&](int y, T sum) { sums(x, y) = sum; });
+            rows, [&](int y) { return across(x, y); }, [&](int y, T sum) { sums(x, y) = sum; });
         filter(
-            height, [&](int y) { return across_squares(x, y); },
+            rows, [&](int y) { return across_squares(x, y); },
             [&](int y, T sum) { squares(x, y) = sum; });
     }
     const T count = static_cast<T>(window * window);
     DepthOutput output = output_like(input);
-    for (int y = window / 2; y < height - window / 2; ++y)
-        for (int x = window / 2; x < width - window / 2; ++x)
+    for (int y = window / 2; y < rows - window / 2; ++y)
+        for (int x = window / 2; x < columns - window / 2; ++x)
             write_textbook(output, x, y, depth(x, y), sums(x, y) / count, squares(x, y) / count);
     return output;
 }
@@ -147,7 +148,7 @@ template <class T>
 DepthOutput chebyshev(const Image<float>& input, int window)
 {
     const Image<T> depth = converted<T>(input);
-    Image<T> variance{width, height}, visibility{width, height};
+    Image<T> variance{input.width(), input.height()}, visibility{input.width(), input.height()};
     check(nook::box_moments(depth.view(), nook::BoxMoments<T>{.variance = variance.view()},
                             {.window = window}));
     check(nook::chebyshev_ao(depth.view(), visibility.view(), {.window = window, .bias = 0}));

@@ -23,7 +23,8 @@ namespace {
 
 struct CommandLine {
     stability::Options options;
-    std::string json;  ///< the file to write; empty for none
+    std::string json;     ///< the file to write; empty for none
+    std::string picture;  ///< likewise
 };
 
 /// Odd numbers with commas between them.
@@ -67,6 +68,10 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
     auto* json =
         app.add_option("--json", result.json, "Writes the results, one row per window, too")
             ->type_name("FILE");
+    auto* picture =
+        app.add_option("--picture", result.picture,
+                       "Draws the terrain, distances 0.1 to 1e5, by float filters (PNG)")
+            ->type_name("FILE");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -76,6 +81,8 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         throw support::Failure{error.what()};
     }
     if (json->count() > 0 && result.json.empty()) throw support::Failure{"--json: an empty name"};
+    if (picture->count() > 0 && result.picture.empty())
+        throw support::Failure{"--picture: an empty name"};
     result.options.windows = read_windows(windows);
     return true;
 }
@@ -85,6 +92,7 @@ void answer(const CommandLine& command)
     const std::vector<stability::Family> families = stability::run(command.options);
     if (!command.json.empty())
         support::write_file(command.json, stability::json_of(families).dump(2) + '\n');
+    if (!command.picture.empty()) stability::write_terrain(command.picture);
     stability::print_tables(std::cout, families);
     if (!std::cout.flush()) throw support::Failure{"the tables cannot be written to stdout"};
 }

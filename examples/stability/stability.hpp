@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <iosfwd>
 #include <optional>
@@ -99,6 +100,11 @@ struct DepthAlgorithm {
     std::function<DepthOutput(const nook::Image<float>& depth, int window)> run;
 };
 [[nodiscard]] std::vector<DepthAlgorithm> depth_algorithms();
+
+/// The terrain scene, distances from 0.1 to 1e5 in one picture, shaded by the float textbook forms and
+/// by nook from the same float depths, without bias. Where windows leave the picture it stays white.
+/// Throws Failure when the file cannot be written.
+void write_terrain(const std::filesystem::path& path);
 
 /// Every case × algorithm × window.
 [[nodiscard]] Family depth_filters(const Options& options);
