@@ -51,9 +51,9 @@ struct BoxMoments {
 
 namespace nook::inline NOOK_TARGET {
 
-/// Moments in constant time per pixel, whatever the window (van Herk 1992 block sums, each half of
-/// a window about a sample of its own, merged after Chan, Golub & LeVeque 1983). Sums are in double,
-/// where squares of float differences can neither overflow nor underflow.
+/// Moments in constant time per pixel, whatever the window (van Herk 1992 block sums about a sample of
+/// each window). Sums are in double, where squares of float differences can neither overflow nor
+/// underflow.
 template <DepthInput Depth, class Value, ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome box_moments(const Depth& depth, const BoxMoments<Value>& moments,
                     const MomentsOptions& options = {}, S&& scratch = S{}, E&& executor = E{});
