@@ -225,13 +225,10 @@ struct ChebyshevWindow {
     }
     [[nodiscard]] WindowRadius operator()(double distance) const
     {
-        const PixelLength reach = pixels_per_length(projection, length, distance);
-        const auto whole = [&](double pixels) {
-            return pixels < largest ? static_cast<int>(pixels) : largest;
-        };
-        return {whole(reach.x), whole(reach.y)};
+        const auto [x, y] = radii(distance);
+        return {static_cast<int>(x), static_cast<int>(y)};
     }
-    /// The same for lanes of distances.
+    /// The same, not yet as integers, for lanes of distances.
     template <class Real>
     struct Radii {
         Real x, y;

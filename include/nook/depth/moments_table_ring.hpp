@@ -66,10 +66,9 @@ inline constexpr int row_padding = 64;
 template <int lanes, class Distance>
 [[nodiscard]] DistanceRange<Distance> range_of(const Distance* samples, int count);
 
-/// Reads the columns `at` of row y, 0 for background, and pads them.
+/// Reads the columns `at` of row y, 0 for background, and pads them. True when not all are surfaces.
 template <int lanes, class Stored, class Decode, class Distance>
-DistanceRange<Distance> read_padded(const DepthSource<Stored, Decode>& source, Span at, int y,
-                                    Distance* samples);
+bool read_padded(const DepthSource<Stored, Decode>& source, Span at, int y, Distance* samples);
 
 // --- bodies ---
 
@@ -134,40 +133,13 @@ NOOK_INLINE DistanceRange<Distance> range_of(const Distance* samples, int count)
 }
 
 template <int lanes, class Stored, class Decode, class Distance>
-DistanceRange<Distance> read_padded(const DepthSource<Stored, Decode>& source, Span at, int y,
-                                    Distance* samples)
+bool read_padded(const DepthSource<Stored, Decode>& source, Span at, int y, Distance* samples)
 {
-    constexpr int side = distance_lanes<lanes, Distance>;
     const int count = at.last - at.first + 1;
-    auto least = broadcast<side>((std::numeric_limits<Distance>::max)());
-    auto greatest = Lanes<Distance, side>{};
-    auto lowest = broadcast<side>(Distance{1});
-    int read = 0;
-    if constexpr (std::is_same_v<Decode, IdentityDecode>) {
-        if (source.image.pixel_stride == 1) {
-            const auto* const in = source.image.data + (y * source.image.row_stride + at.first);
-            const auto* const next =
-                y + 1 < source.image.height ? in + source.image.row_stride : in;
-            const Distance far_limit = source.far_limit;
-            for (; read + side <= count; read += side) {
-                prefetch(next + read);
-                const auto distance = surfaces(load<side>(in + read), far_limit);
-                store(samples + read, distance);
-                add_to_range<Distance>(least, greatest, distance);
-                lowest = smaller(lowest, distance);
-            }
-        }
-    }
-    Distance low = least_lane(lowest);
-    const int rest = read;
-    for (; read < count; ++read) {
-        samples[read] = surface_distance(source, at.first + read, y);
-        low = smaller(low, samples[read]);
-    }
+    const Background background =
+        read_row<distance_lanes<lanes, Distance>>(source, at.first, count, y, samples);
     std::fill(samples + count, samples + padded(count), Distance{0});
-    for (read = rest; read < count; read += side)
-        add_to_range<Distance>(least, greatest, load<side>(samples + read));
-    return {least_lane(least), greatest_lane(greatest), !(low > 0)};
+    return background != Background::none;
 }
 
 }  // namespace nook::inline NOOK_TARGET::detail

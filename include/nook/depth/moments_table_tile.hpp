@@ -166,7 +166,15 @@ private:
         return {static_cast<int>(radii.x), static_cast<int>(radii.y)};
     }
 
-    Range read(Span at, int y) { return read_padded<lanes>(source, at, y, memory.samples); }
+    /// True when there is background.
+    bool read(Span at, int y) { return read_padded<lanes>(source, at, y, memory.samples); }
+    [[nodiscard]] Range read_range(Span at, int y)
+    {
+        const bool background = read(at, y);
+        Range range = range_of<lanes>(memory.samples, width(at));
+        range.background = background;
+        return range;
+    }
     void deliver(int y, bool background)
     {
         consume.row(work, y, columns.first, width(columns),
@@ -185,7 +193,7 @@ private:
                 table.template add<lanes, masked, wide>(memory.samples, width(across));
                 if (wide && refined) add_fine();
             }
-            const bool background = read(columns, y).background;
+            const bool background = read(columns, y);
             Real doubt{};
             for (int x = columns.first; x <= columns.last; x += chunk)
                 look_up<masked, wide>(x, y, doubt);
@@ -488,7 +496,7 @@ void TableTile<Distance, lanes, Source, Window, Consume>::run()
 {
     Range range{};
     for (int y = rows.first; y <= rows.last; ++y) {
-        range.add(read(columns, y));
+        range.add(read_range(columns, y));
     }
     if (!(range.greatest > 0)) {
         std::fill_n(memory.samples, width(columns), Distance{0});
@@ -502,7 +510,7 @@ void TableTile<Distance, lanes, Source, Window, Consume>::run()
     down = {(std::max)(0, rows.first - reach.y), (std::min)(grid.height - 1, rows.last + reach.y)};
     samples_at_most = (std::min)(2.0 * reach.x + 1, double(grid.width)) *
                       (std::min)(2.0 * reach.y + 1, double(grid.height));
-    const auto add_range = [&](Span at, int y) { range.add(read(at, y)); };
+    const auto add_range = [&](Span at, int y) { range.add(read_range(at, y)); };
     for (int y = down.first; y <= down.last; ++y)
         if (y < rows.first || y > rows.last) {
             add_range(across, y);
