@@ -99,7 +99,10 @@ template <class T, class U>
     // Channels of one buffer: equal strides, elements side by side within a pixel, rows apart.
     constexpr std::ptrdiff_t in_bytes = sizeof(T), out_bytes = sizeof(U);
     const std::ptrdiff_t pixel = input.pixel_stride * in_bytes, row = input.row_stride * in_bytes;
-    if (pixel == output.pixel_stride * out_bytes && row == output.row_stride * out_bytes) {
+    // With one row its stride means nothing.
+    const bool same_rows =
+        row == output.row_stride * out_bytes || (input.height == 1 && output.height == 1);
+    if (pixel == output.pixel_stride * out_bytes && same_rows) {
         const std::ptrdiff_t offset = reinterpret_cast<std::intptr_t>(output.data) -
                                       reinterpret_cast<std::intptr_t>(input.data);
         const std::ptrdiff_t step = magnitude(pixel), reach = magnitude(offset);

@@ -8,6 +8,8 @@
 
 #if defined(__AVX__)
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
 #endif
 
 #include <nook/target.hpp>
@@ -32,6 +34,9 @@ inline constexpr int native_lanes = 2;
 #else
 inline constexpr int native_lanes = 1;
 #endif
+
+/// How many floats a register holds.
+inline constexpr int float_lanes = native_lanes == 1 ? 1 : 2 * native_lanes;
 
 template <class T, int N>
 struct LanesOf {
@@ -83,6 +88,31 @@ template <class L>
     return __builtin_assoc_barrier(value);
 #else
     return value;
+#endif
+}
+
+/// The value as it was rounded: the compiler may not contract a product with the sum it feeds, so that
+/// targets with and without FMA get the same bits. Scalars and native vectors.
+template <class L>
+[[nodiscard]] NOOK_INLINE constexpr L rounded(const L& value)
+{
+    if (std::is_constant_evaluated()) return value;
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+    L kept = value;
+#if defined(__AVX512F__)
+    asm("" : "+v"(kept));
+#elif defined(__SSE2__)
+    asm("" : "+x"(kept));
+#else
+    asm("" : "+w"(kept));
+#endif
+    return kept;
+#elif defined(__GNUC__)
+    L kept = value;
+    asm("" : "+m"(kept));
+    return kept;
+#else
+    return value;  // MSVC contracts nothing unless it is told to.
 #endif
 }
 
@@ -171,6 +201,31 @@ template <class Mask>
 [[nodiscard]] NOOK_INLINE bool any(const Mask& mask)
 {
     return fold(mask, [](const auto& a, const auto& b) { return a | b; }) != 0;
+}
+
+/// One bit per lane of floats, lane 0 the lowest: a <= b.
+template <class L>
+[[nodiscard]] NOOK_INLINE unsigned bits_at_most(const L& a, const L& b)
+{
+    if constexpr (LanesTraits<L>::count == 1) return a <= b ? 1u : 0u;
+#if defined(__AVX512F__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 16>>)
+        return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+#endif
+#if defined(__AVX__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 8>>)
+        return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ)));
+#endif
+#if defined(__SSE2__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 4>>)
+        return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(a, b)));
+#endif
+    else {
+        unsigned bits = 0;
+        for (int lane = 0; lane < LanesTraits<L>::count; ++lane)
+            bits |= (a[lane] <= b[lane] ? 1u : 0u) << lane;
+        return bits;
+    }
 }
 
 #if defined(__clang__)

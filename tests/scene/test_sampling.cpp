@@ -16,6 +16,46 @@ TEST_CASE("the mirror image of bits is its own inverse")
         CHECK(nook::reverse_bits(nook::reverse_bits(x * 4294967u)) == x * 4294967u);
 }
 
+TEST_CASE("the second dimension of Sobol is Pascal's triangle modulo 2, and linear over bits")
+{
+    // Bit j takes index bit k when the binomial of k over j is odd: when k contains the digits of j.
+    for (unsigned k = 0; k < 32; ++k) {
+        std::uint32_t column = 0;
+        for (unsigned j = 0; j < 32; ++j) column |= ((k & j) == j ? 1u : 0u) << j;
+        CHECK(nook::detail::sobol_second(std::uint32_t{1} << k) == column);
+    }
+    for (std::uint32_t x = 0; x < 1000; ++x) {
+        const std::uint32_t a = nook::hash(x), b = nook::hash(a);
+        CHECK(nook::detail::sobol_second(a ^ b) ==
+              (nook::detail::sobol_second(a) ^ nook::detail::sobol_second(b)));
+    }
+}
+
+TEST_CASE("a permuted bit depends on the bits below it alone")
+{
+    for (std::uint32_t x = 0; x < 1000; ++x) {
+        const std::uint32_t a = nook::hash(x), seed = nook::hash(a);
+        for (unsigned bit = 0; bit < 32; ++bit) {
+            const std::uint32_t below = (std::uint32_t{1} << bit) - 1;
+            const std::uint32_t changed = a ^ (std::uint32_t{1} << bit);
+            const std::uint32_t difference =
+                nook::detail::owen_permuted(a, seed) ^ nook::detail::owen_permuted(changed, seed);
+            CHECK((difference & below) == 0);
+            CHECK((difference >> bit & 1) == 1);
+        }
+    }
+}
+
+TEST_CASE("a point is the middle of the interval that its bits name")
+{
+    const nook::ScrambledSobol points{5};
+    for (std::uint32_t i = 0; i < 1000; ++i) {
+        const nook::SampleBits bits = points.bits(i);
+        CHECK(points(i).u * 0x1p32 - bits.u == 0.5);
+        CHECK(points(i).v * 0x1p32 - bits.v == 0.5);
+    }
+}
+
 TEST_CASE("every block of 2^k points is a (0, 2)-net: one point in each elementary interval")
 {
     for (const std::uint32_t seed : {0u, 1u, 77u, 0xffffffffu}) {

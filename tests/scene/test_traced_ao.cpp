@@ -73,7 +73,7 @@ GBufferImages draw(const Mesh& mesh, const Camera& camera, int width, int height
                             {images.depth.view(), images.normals(), {}}));
     return images;
 }
-Image<float> trace(const Mesh& mesh, GBufferImages& images, const TracedOptions& options)
+Image<float> trace(const Mesh& mesh, GBufferImages& images, const TracedOptions<>& options)
 {
     Bvh bvh;
     REQUIRE(bvh.build(mesh.view()));
@@ -606,7 +606,7 @@ TEST_CASE("a floor seen at a slant is exactly 1 up to the horizon, in every enco
         Image<float> stored_float{64, 48}, result{64, 48};
         REQUIRE(nook::encode_depths(images.depth.view(), stored.view(), images.projection));
         REQUIRE(nook::encode_depths(images.depth.view(), stored_float.view(), images.projection));
-        const TracedOptions options{.directions = 32};
+        const TracedOptions<> options{.directions = 32};
         if (encoding != negative_z) {  // 16 fixed bits hold no negative number
             REQUIRE(nook::traced_ao(bvh, nook::hardware_depth(stored.view(), images.projection),
                                     images.normals(), result.view(), options, images.projection,
@@ -633,7 +633,7 @@ TEST_CASE("a scene a million units from zero keeps its visibility")
     GBufferImages there =
         draw(moved, {.eye = eye + glm::dvec3{shift, shift, shift}, .target = {shift, shift, shift}},
              40, 30);
-    const TracedOptions options{.radius = 4, .directions = 256};
+    const TracedOptions<> options{.radius = 4, .directions = 256};
     const Image<float> a = trace(mesh, here, options), b = trace(moved, there, options);
     double worst = 0, mean = 0;
     for (int y = 0; y < 30; ++y)
@@ -663,7 +663,7 @@ TEST_CASE("background, missing normals and an empty scene are exactly 1 without 
     images.normal(3 * 9, 8) = nan;
     images.normal(3 * 9 + 1, 9) = far_away;
     for (int k = 0; k < 3; ++k) images.normal(3 * 8 + k, 9) = 0;
-    const auto trace_with = [&](const Bvh& scene, const TracedOptions& options) {
+    const auto trace_with = [&](const Bvh& scene, const TracedOptions<>& options) {
         return nook::traced_ao(scene, images.depth.view(), images.normals(), result.view(), options,
                                images.projection, images.frame);
     };
@@ -716,7 +716,7 @@ TEST_CASE("threads, strides and the length of normals do not change a bit")
     GBufferImages images = draw(mesh, {.eye = {3, 4, 6}}, 37, 23);
     Bvh bvh;
     REQUIRE(bvh.build(mesh.view()));
-    const TracedOptions options{.radius = 4, .directions = 16};
+    const TracedOptions<> options{.radius = 4, .directions = 16};
     const Image<float> plain = trace(mesh, images, options);
     CHECK(count_other_than(plain, 1) > 100);
     nook::ThreadExecutor threads{5};
@@ -748,7 +748,7 @@ TEST_CASE("a work map spares what it says, and no more")
     GBufferImages images = draw(mesh, {.eye = {0, 9, 0.1}}, 40, 20);
     Bvh bvh;
     REQUIRE(bvh.build(mesh.view()));
-    const TracedOptions options{.radius = 4, .directions = 16};
+    const TracedOptions<> options{.radius = 4, .directions = 16};
     const Image<float> plain = trace(mesh, images, options);
     std::vector<std::uint8_t> active(3 * 20);
     for (std::size_t i = 0; i < active.size(); ++i) active[i] = i % 2;
@@ -776,7 +776,7 @@ TEST_CASE("bad arguments are named, and nothing is written")
     Bvh bvh;
     REQUIRE(bvh.build(ball.view()));
     Image<float> result{8, 6, -7};
-    const auto rejected = [&](const TracedOptions& options, auto change) {
+    const auto rejected = [&](const TracedOptions<>& options, auto change) {
         auto normals = nook::ImageView3<const float>(images.normals());
         auto view = result.view();
         auto projection = images.projection;

@@ -1,243 +1,370 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <utility>
+#include <limits>
 
+#include <nook/lanes.hpp>
+#include <nook/scene/bvh_box.hpp>
+#include <nook/scene/bvh_node.hpp>
+#include <nook/scene/bvh_split.hpp>
+#include <nook/scene/bvh_split_top.hpp>
+#include <nook/scene/bvh_tree.hpp>
 #include <nook/scene/memory.hpp>
 #include <nook/scene/ray.hpp>
 
-/// Builds a hierarchy of four-way nodes from the top down, each split by the surface area heuristic
-/// over bins (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").
+/// Builds a hierarchy of eight-way nodes over blocks of eight triangles: a binary tree split from the
+/// top down by the surface area heuristic, then the best eight-way tree in it.
 namespace nook::inline NOOK_TARGET::detail {
 
-/// Four boxes side by side, lane by lane. A lane is an inner node (count 0, `child` its index), a
-/// leaf (count > 0, `child` its first triangle) or nothing (an empty box, which no ray enters).
-struct BvhNode {
-    static constexpr int lanes = 4;
+/// Puts the triangles that a block names into scene space, as `scene_triangle` does.
+inline void fill_block(const MeshView& mesh, const SceneSpace& space, TriangleBlock& block)
+{
+    for (int lane = 0; lane < TriangleBlock::lanes; ++lane) {
+        const std::uint32_t* const index = mesh.indices + std::size_t{3} * block.faces[lane];
+        for (int i = 0; i < 3; ++i) {
+            const float* const v =
+                mesh.positions + static_cast<std::ptrdiff_t>(index[i]) * mesh.position_stride;
+            for (int k = 0; k < 3; ++k) block.vertices[i][k][lane] = v[k];
+        }
+    }
+    const double origin[3] = {space.origin.x, space.origin.y, space.origin.z};
+    constexpr int lanes = native_lanes;
+    for (auto& corner : block.vertices)
+        for (int k = 0; k < 3; ++k)
+            for (int lane = 0; lane < TriangleBlock::lanes; lane += lanes) {
+                float* const at = corner[k] + lane;
+                store(at, convert<float>(static_cast<Lanes<double, lanes>>(
+                              (convert<double>(load<lanes>(at)) - origin[k]) * space.scale)));
+            }
+}
 
-    /// [axis][0 = low, 1 = high][lane]
-    float bounds[3][2][lanes];
-    std::uint32_t child[lanes];
-    std::uint8_t count[lanes];
-};
-
+/// One build. `sort` makes the tree, `write` puts it into memory that the caller gets in between. All
+/// work is cut by the mesh alone, so the result does not depend on the executor; no recursion.
 class BvhBuilder {
 public:
-    /// Splits by area down to this level, then by count: four quarters per level, so that 2³²
-    /// triangles end within 16 more.
-    static constexpr int area_levels = 40;
-    static constexpr int most_levels = area_levels + 17;
+    BvhBuilder(const MeshView& mesh, const Memory& memory) : mesh_{mesh}, memory_{memory} {}
 
-    /// What is sorted: a box and its triangle.
-    struct Item {
-        Bounds bounds;
-        std::uint32_t triangle;
-    };
+    /// Returns how many bytes could not be had: 0 on success.
+    template <class E>
+    [[nodiscard]] std::size_t sort(E& executor);
+    /// Writes nodes and blocks; the root is node 0, and a node comes before those in it.
+    template <class E>
+    void write(BvhNode* nodes, TriangleBlock* blocks, E& executor) const;
 
-    BvhBuilder(const Memory& memory, int leaf_size, Item* items, std::uint32_t count)
-        : memory_{memory},
-          items_{items},
-          count_{count}
-    {
-        leaf_size_ = static_cast<std::uint32_t>(leaf_size);
-    }
-
-    /// Sorts the items into leaf order and writes the nodes; false without memory.
-    [[nodiscard]] bool build()
-    {
-        // Each level leaves at most three nodes waiting beside the one that is worked on.
-        Pending stack[most_levels * (BvhNode::lanes - 1) + BvhNode::lanes];
-        int waiting = 0;
-        stack[waiting++] = {{0, count_, {}}, no_parent, 0, 1};
-        while (waiting > 0) {
-            const Pending next = stack[--waiting];
-            if (!reserve()) return false;
-            const std::uint32_t index = node_count_++;
-            depth_ = (std::max)(depth_, next.level);
-            if (next.parent != no_parent) nodes()[next.parent].child[next.lane] = index;
-
-            Range children[BvhNode::lanes];
-            const int made = make_children(next.range, next.level, children);
-            BvhNode& node = nodes()[index];
-            const Bounds nothing = Bounds::nothing();
-            for (int lane = 0; lane < BvhNode::lanes; ++lane) {
-                const bool used = lane < made;
-                const Bounds& box = used ? children[lane].bounds : nothing;
-                for (int k = 0; k < 3; ++k) {
-                    node.bounds[k][0][lane] = box.low[k];
-                    node.bounds[k][1][lane] = box.high[k];
-                }
-                const bool leaf = used && children[lane].size() <= leaf_size_;
-                node.child[lane] = leaf ? children[lane].first : 0;
-                node.count[lane] = leaf ? static_cast<std::uint8_t>(children[lane].size()) : 0;
-                if (used && !leaf) stack[waiting++] = {children[lane], index, lane, next.level + 1};
-            }
-        }
-        return true;
-    }
-
-    [[nodiscard]] std::uint32_t node_count() const { return node_count_; }
-    [[nodiscard]] int depth() const { return depth_; }
-    [[nodiscard]] BvhNode* nodes() const { return static_cast<BvhNode*>(block_.data()); }
+    [[nodiscard]] const SceneSpace& space() const { return space_; }
+    [[nodiscard]] std::uint32_t triangle_count() const { return item_count_; }
+    [[nodiscard]] std::size_t node_count() const { return total_.nodes; }
+    [[nodiscard]] std::size_t block_count() const { return total_.blocks; }
+    [[nodiscard]] int depth() const { return total_.depth; }
 
 private:
-    static constexpr std::uint32_t no_parent = 0xffffffff;
-    static constexpr int bins = 16;
+    /// Triangles read as one task.
+    static constexpr std::size_t portion_size = 4096;
+    static constexpr std::uint32_t no_parent = no_face;
 
-    struct Range {
-        std::uint32_t first = 0, last = 0;
-        Bounds bounds = Bounds::nothing();
-
-        [[nodiscard]] std::uint32_t size() const { return last - first; }
+    struct Portion {
+        std::uint32_t usable, first;
+        BoxRow centres;
     };
-    struct Pending {
-        Range range;
-        std::uint32_t parent = no_parent;
-        int lane = 0;
-        int level = 0;
+    struct Totals {
+        std::size_t nodes = 0, blocks = 0;
+        int depth = 0;
     };
-    struct Split {
-        int axis = -1, bin = 0;
-        float low = 0, scale = 0;
-        float cost = (std::numeric_limits<float>::max)();
+    /// A node that one task writes, with all below it.
+    struct Branch {
+        NodePlace place;
+        Totals totals;
+        std::size_t first_node, first_block;
     };
 
-    /// Room for one more node.
-    [[nodiscard]] bool reserve()
+    [[nodiscard]] std::size_t portion_last(int portion) const
     {
-        if (node_count_ < capacity_) return true;
-        const std::uint32_t larger = (std::max)(capacity_ + capacity_ / 2, count_ / 8 + 8);
-        Block block{memory_, std::size_t{larger} * sizeof(BvhNode)};
-        if (block.data() == nullptr) return false;
-        if (node_count_ > 0)
-            std::memcpy(block.data(), block_.data(), std::size_t{node_count_} * sizeof(BvhNode));
-        block_ = std::move(block);
-        capacity_ = larger;
-        return true;
+        return (std::min)((static_cast<std::size_t>(portion) + 1) * portion_size,
+                          mesh_.triangle_count);
     }
+    template <class E>
+    [[nodiscard]] std::size_t survey(E& executor);
+    [[nodiscard]] std::uint32_t usable_in(int portion) const;
+    template <class E>
+    [[nodiscard]] std::size_t fill(E& executor);
+    void fill_portion(int portion);
+    template <class E>
+    [[nodiscard]] std::size_t split(E& executor);
+    template <class E>
+    [[nodiscard]] std::size_t plan(E& executor);
+    /// Counts a node; the lanes to go on with, as bits. `branch(side, lane)` takes those that are not.
+    template <class Other>
+    [[nodiscard]] unsigned count_node(const NodePlace& place, const BvhSide* const* sides,
+                                      int count, Totals& totals, const Other& branch) const;
+    void write_below(const NodePlace& root, std::size_t node, std::size_t block,
+                     std::uint32_t pairs_end, BvhNode* nodes, TriangleBlock* blocks) const;
+    void write_only_block(BvhNode& node, TriangleBlock& block) const;
+    void write_block(const BvhSide& leaf, TriangleBlock& block) const;
 
-    /// Splits the largest part until there are four, or all are small enough for leaves.
-    int make_children(const Range& range, int level, Range (&children)[BvhNode::lanes])
-    {
-        const bool by_area = level <= area_levels;
-        children[0] = with_bounds(range.first, range.last);
-        int made = 1;
-        while (made < BvhNode::lanes) {
-            int widest = -1;
-            float best = -1;
-            for (int i = 0; i < made; ++i) {
-                if (children[i].size() <= leaf_size_) continue;
-                const float measure = by_area ? half_area(children[i].bounds)
-                                              : static_cast<float>(children[i].size());
-                if (measure > best) {
-                    best = measure;
-                    widest = i;
+    const MeshView& mesh_;
+    const Memory& memory_;
+    SceneSpace space_;
+
+    Block portions_block_, items_block_, pairs_block_, branches_block_;
+    Portion* portions_ = nullptr;
+    int portion_count_ = 0;
+    BvhItem* items_ = nullptr;
+    std::uint32_t item_count_ = 0;
+    /// Those of the top, then those of the subtrees.
+    BvhPair* pairs_ = nullptr;
+    std::uint32_t top_pair_count_ = 0;
+    Branch* branches_ = nullptr;
+    int branch_count_ = 0;
+    Totals total_;
+};
+
+template <class E>
+std::size_t BvhBuilder::sort(E& executor)
+{
+    if (const std::size_t lacking = survey(executor)) return lacking;
+    if (item_count_ == 0) return 0;
+    if (const std::size_t lacking = fill(executor)) return lacking;
+    if (const std::size_t lacking = split(executor)) return lacking;
+    return plan(executor);
+}
+
+/// Counts what is usable, and finds the space.
+template <class E>
+std::size_t BvhBuilder::survey(E& executor)
+{
+    const std::size_t count = mesh_.triangle_count;
+    portion_count_ = static_cast<int>(count / portion_size + (count % portion_size != 0 ? 1 : 0));
+    const std::size_t lacking =
+        allocate_arrays(portions_block_, memory_, [&](ScratchLayout& arrays) {
+            portions_ = arrays.take<Portion>(static_cast<std::size_t>(portion_count_));
+        });
+    if (lacking > 0) return lacking;
+    executor.for_each(portion_count_,
+                      [&](int task, int) { portions_[task].usable = usable_in(task); });
+    for (int i = 0; i < portion_count_; ++i) {
+        portions_[i].first = item_count_;
+        item_count_ += portions_[i].usable;
+    }
+    space_ = scene_space(mesh_);
+    return 0;
+}
+
+inline std::uint32_t BvhBuilder::usable_in(int portion) const
+{
+    std::uint32_t usable = 0;
+    for (std::size_t t = static_cast<std::size_t>(portion) * portion_size;
+         t < portion_last(portion); ++t)
+        usable += is_usable_triangle(mesh_, t) ? 1 : 0;
+    return usable;
+}
+
+template <class E>
+std::size_t BvhBuilder::fill(E& executor)
+{
+    const std::size_t lacking = allocate_arrays(items_block_, memory_, [&](ScratchLayout& arrays) {
+        items_ = arrays.take<BvhItem>(item_count_);
+    });
+    if (lacking > 0) return lacking;
+    executor.for_each(portion_count_, [&](int task, int) { fill_portion(task); });
+    return 0;
+}
+
+inline void BvhBuilder::fill_portion(int index)
+{
+    Portion& portion = portions_[index];
+    const std::size_t first = static_cast<std::size_t>(index) * portion_size;
+    const std::size_t last = portion_last(index);
+    const bool all = portion.usable == last - first;
+    BoxRow centres = empty_box();
+    BvhItem* next = items_ + portion.first;
+    for (std::size_t t = first; t < last; ++t) {
+        if (!all && !is_usable_triangle(mesh_, t)) continue;
+        BvhItem& item = *next++;
+        item = bvh_item(scene_triangle(mesh_, space_, t));
+        centres = smaller(centres, centre_box(item.box()));
+    }
+    portion.centres = centres;
+}
+
+template <class E>
+std::size_t BvhBuilder::split(E& executor)
+{
+    BoxRow centres = empty_box();
+    for (int i = 0; i < portion_count_; ++i) centres = smaller(centres, portions_[i].centres);
+    portions_block_.reset();
+
+    TopSplit top;
+    if (const std::size_t lacking = top.run(memory_, items_, item_count_, centres, executor))
+        return lacking;
+    top_pair_count_ = top.pair_count();
+    const std::uint32_t count = top.subtree_count();
+    std::size_t pair_count = top_pair_count_;
+    for (std::uint32_t i = 0; i < count; ++i)
+        pair_count += pair_capacity(top.subtrees()[i].range.size());
+    Block subtrees_block;
+    BvhSubtree* subtrees = nullptr;
+    if (const std::size_t lacking = allocate_arrays(
+            subtrees_block, memory_,
+            [&](ScratchLayout& arrays) { subtrees = arrays.take<BvhSubtree>(count); }))
+        return lacking;
+    if (const std::size_t lacking = allocate_arrays(
+            pairs_block_, memory_,
+            [&](ScratchLayout& arrays) { pairs_ = arrays.take<BvhPair>(pair_count); }))
+        return lacking;
+    for (std::uint32_t i = 0; i < top_pair_count_; ++i) pairs_[i] = top.pairs()[i];
+    std::uint32_t pairs = top_pair_count_;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        subtrees[i] = top.subtrees()[i];
+        subtrees[i].pairs = pairs;
+        const BvhRange& range = subtrees[i].range;
+        if (range.pair != BvhRange::no_pair) pairs_[range.pair].sides[range.side].link = pairs;
+        pairs += pair_capacity(range.size());
+    }
+    executor.for_each(static_cast<int>(count),
+                      [&](int task, int) { split_subtree(items_, pairs_, subtrees[task]); });
+    top.collapse(pairs_, subtrees);
+    return 0;
+}
+
+template <class Other>
+unsigned BvhBuilder::count_node(const NodePlace& place, const BvhSide* const* sides, int count,
+                                Totals& totals, const Other& branch) const
+{
+    ++totals.nodes;
+    totals.depth = (std::max)(totals.depth, place.level);
+    unsigned lanes = 0;
+    for (int lane = 0; lane < count; ++lane) {
+        if (sides[lane]->leaf()) ++totals.blocks;
+        else if (!branch(*sides[lane], lane)) lanes |= 1u << lane;
+    }
+    return lanes;
+}
+
+/// Cuts the tree into branches that are counted, and later written, side by side.
+template <class E>
+std::size_t BvhBuilder::plan(E& executor)
+{
+    if (item_count_ <= TriangleBlock::lanes) {
+        total_ = {1, 1, 1};
+        return 0;
+    }
+    const std::size_t lacking =
+        allocate_arrays(branches_block_, memory_, [&](ScratchLayout& arrays) {
+            branches_ = arrays.take<Branch>(std::size_t{BvhNode::lanes} * top_pair_count_ + 1);
+        });
+    if (lacking > 0) return lacking;
+    const NodePlace root{0, no_parent, 0, 1};
+    if (top_pair_count_ == 0) {
+        branches_[branch_count_++] = {root, {}, 0, 0};
+    } else {
+        walk_nodes(pairs_, root,
+                   [&](const NodePlace& place, const BvhSide* const* sides, int count,
+                       std::uint32_t& index) {
+                       index = static_cast<std::uint32_t>(total_.nodes);
+                       return count_node(
+                           place, sides, count, total_, [&](const BvhSide& side, int lane) {
+                               if (side.link < top_pair_count_) return false;
+                               branches_[branch_count_++] = {
+                                   {side.link, index, lane, place.level + 1}, {}, 0, 0};
+                               return true;
+                           });
+                   });
+    }
+    executor.for_each(branch_count_, [&](int task, int) {
+        Branch& branch = branches_[task];
+        walk_nodes(
+            pairs_, branch.place,
+            [&](const NodePlace& place, const BvhSide* const* sides, int count, std::uint32_t&) {
+                return count_node(place, sides, count, branch.totals,
+                                  [](const BvhSide&, int) { return false; });
+            });
+    });
+    for (int i = 0; i < branch_count_; ++i) {
+        Branch& branch = branches_[i];
+        branch.first_node = total_.nodes;
+        branch.first_block = total_.blocks;
+        total_.nodes += branch.totals.nodes;
+        total_.blocks += branch.totals.blocks;
+        total_.depth = (std::max)(total_.depth, branch.totals.depth);
+    }
+    return 0;
+}
+
+template <class E>
+void BvhBuilder::write(BvhNode* nodes, TriangleBlock* blocks, E& executor) const
+{
+    if (item_count_ <= TriangleBlock::lanes) {
+        write_only_block(nodes[0], blocks[0]);
+        return;
+    }
+    if (top_pair_count_ > 0)
+        write_below({0, no_parent, 0, 1}, 0, 0, top_pair_count_, nodes, blocks);
+    executor.for_each(branch_count_, [&](int task, int) {
+        const Branch& branch = branches_[task];
+        write_below(branch.place, branch.first_node, branch.first_block, no_face, nodes, blocks);
+    });
+}
+
+/// Boxes without children.
+inline void write_boxes(const BvhSide* const* sides, int count, BvhNode& node)
+{
+    const Bounds nothing = Bounds::nothing();
+    for (int lane = 0; lane < BvhNode::lanes; ++lane) {
+        for (int k = 0; k < 3; ++k) {
+            node.bounds[k][0][lane] = lane < count ? sides[lane]->low[k] : nothing.low[k];
+            node.bounds[k][1][lane] =
+                lane < count ? -sides[lane]->negative_high[k] : nothing.high[k];
+        }
+        node.child[lane] = no_face;
+    }
+}
+
+/// Writes the nodes below a pair whose own pair lies before `pairs_end`, and their blocks.
+inline void BvhBuilder::write_below(const NodePlace& root, std::size_t next_node,
+                                    std::size_t next_block, std::uint32_t pairs_end, BvhNode* nodes,
+                                    TriangleBlock* blocks) const
+{
+    walk_nodes(
+        pairs_, root,
+        [&](const NodePlace& place, const BvhSide* const* sides, int count, std::uint32_t& index) {
+            index = static_cast<std::uint32_t>(next_node++);
+            if (place.parent != no_parent) nodes[place.parent].child[place.lane] = index;
+            BvhNode& node = nodes[index];
+            write_boxes(sides, count, node);
+            unsigned lanes = 0;
+            for (int lane = 0; lane < count; ++lane) {
+                if (sides[lane]->leaf()) {
+                    node.child[lane] = BvhNode::block_bit | static_cast<std::uint32_t>(next_block);
+                    write_block(*sides[lane], blocks[next_block++]);
+                } else if (sides[lane]->link < pairs_end) {
+                    lanes |= 1u << lane;
                 }
             }
-            if (widest < 0) break;
-            const Range whole = children[widest];
-            const std::uint32_t middle = by_area ? split_by_area(whole) : halve(whole);
-            children[widest] = with_bounds(whole.first, middle);
-            children[made++] = with_bounds(middle, whole.last);
-        }
-        return made;
-    }
-
-    [[nodiscard]] Range with_bounds(std::uint32_t first, std::uint32_t last) const
-    {
-        Range range{first, last};
-        for (std::uint32_t i = first; i < last; ++i) range.bounds.include(items_[i].bounds);
-        return range;
-    }
-    [[nodiscard]] static std::uint32_t halve(const Range& range)
-    {
-        return range.first + range.size() / 2;
-    }
-    [[nodiscard]] static float half_area(const Bounds& box)
-    {
-        const float x = box.high[0] - box.low[0], y = box.high[1] - box.low[1],
-                    z = box.high[2] - box.low[2];
-        return x < 0 ? 0 : x * y + y * z + z * x;
-    }
-    /// Twice the centre.
-    [[nodiscard]] static float centre(const Item& item, int axis)
-    {
-        return item.bounds.low[axis] + item.bounds.high[axis];
-    }
-    [[nodiscard]] static int bin_of(const Item& item, const Split& split)
-    {
-        const int bin = static_cast<int>((centre(item, split.axis) - split.low) * split.scale);
-        return (std::min)((std::max)(bin, 0), bins - 1);
-    }
-
-    /// Partitions the items of a range and returns where the second part starts; neither is empty.
-    [[nodiscard]] std::uint32_t split_by_area(const Range& range)
-    {
-        Split best;
-        for (int axis = 0; axis < 3; ++axis) try_axis(range, axis, best);
-        // Centres that coincide cannot be told apart: halve the list, so that the tree stays shallow.
-        if (best.axis < 0) return halve(range);
-        Item* const first = items_ + range.first;
-        Item* const middle = std::partition(first, items_ + range.last, [&](const Item& item) {
-            return bin_of(item, best) <= best.bin;
+            return lanes;
         });
-        const auto at = static_cast<std::uint32_t>(middle - items_);
-        return at == range.first || at == range.last ? halve(range) : at;
-    }
+}
 
-    void try_axis(const Range& range, int axis, Split& best) const
-    {
-        float low = (std::numeric_limits<float>::max)(), high = -low;
-        for (std::uint32_t i = range.first; i < range.last; ++i) {
-            low = (std::min)(low, centre(items_[i], axis));
-            high = (std::max)(high, centre(items_[i], axis));
-        }
-        if (!(high - low > 0x1p-100f)) return;
-        Split split{axis, 0, low, static_cast<float>(bins) / (high - low), best.cost};
-        Bounds boxes[bins];
-        std::uint32_t counts[bins] = {};
-        for (Bounds& box : boxes) box = Bounds::nothing();
-        for (std::uint32_t i = range.first; i < range.last; ++i) {
-            const int bin = bin_of(items_[i], split);
-            boxes[bin].include(items_[i].bounds);
-            ++counts[bin];
-        }
-        // Cost of everything right of each boundary, then sweep from the left.
-        float right_cost[bins] = {};
-        std::uint32_t right_count[bins] = {};
-        Bounds right = Bounds::nothing();
-        std::uint32_t count = 0;
-        for (int bin = bins - 1; bin > 0; --bin) {
-            right.include(boxes[bin]);
-            count += counts[bin];
-            right_count[bin - 1] = count;
-            right_cost[bin - 1] = half_area(right) * static_cast<float>(count);
-        }
-        Bounds left = Bounds::nothing();
-        count = 0;
-        for (int bin = 0; bin + 1 < bins; ++bin) {
-            left.include(boxes[bin]);
-            count += counts[bin];
-            if (count == 0 || right_count[bin] == 0) continue;
-            const float cost = half_area(left) * static_cast<float>(count) + right_cost[bin];
-            if (cost < best.cost) {
-                best = split;
-                best.bin = bin;
-                best.cost = cost;
-            }
-        }
-    }
+inline void BvhBuilder::write_only_block(BvhNode& node, TriangleBlock& block) const
+{
+    BvhSide only{};
+    BoxRow box = empty_box();
+    for (std::uint32_t i = 0; i < item_count_; ++i) box = smaller(box, items_[i].box());
+    only.set_box(box);
+    only.count = item_count_;
+    const BvhSide* const sides[1] = {&only};
+    write_boxes(sides, 1, node);
+    node.child[0] = BvhNode::block_bit;
+    write_block(only, block);
+}
 
-    Memory memory_;
-    std::uint32_t leaf_size_ = 1;
-    Item* items_;
-    std::uint32_t count_;
-    Block block_;
-    std::uint32_t node_count_ = 0, capacity_ = 0;
-    int depth_ = 0;
-};
+inline void BvhBuilder::write_block(const BvhSide& leaf, TriangleBlock& block) const
+{
+    for (std::uint32_t lane = 0; lane < TriangleBlock::lanes; ++lane)
+        block.faces[lane] = items_[leaf.link + (std::min)(lane, leaf.count - 1)].face;
+    fill_block(mesh_, space_, block);
+}
 
 }  // namespace nook::inline NOOK_TARGET::detail

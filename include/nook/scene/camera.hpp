@@ -91,7 +91,7 @@ struct Frame {
     return is_finite(v.x) && is_finite(v.y) && is_finite(v.z);
 }
 
-/// The axes of a frame are finite; a kernel can work with them.
+/// The axes of a frame are of a length that a kernel can work with.
 [[nodiscard]] inline Error check_frame(const ViewFrame& frame)
 {
     const auto check = [](const glm::dvec3& v, const char* name) -> Error {
@@ -100,9 +100,14 @@ struct Frame {
         return {ErrorCode::bad_value, name, value, "finite coordinates"};
     };
     if (const Error error = check(frame.origin, "frame.origin")) return error;
-    if (const Error error = check(frame.right, "frame.right")) return error;
-    if (const Error error = check(frame.up, "frame.up")) return error;
-    return check(frame.back, "frame.back");
+    const auto check_axis = [](const glm::dvec3& v, const char* name) -> Error {
+        const double longest = largest(vector(v));
+        if (is_finite(v) && longest <= 2) return {};
+        return {ErrorCode::bad_value, name, longest, "an axis of unit length"};
+    };
+    if (const Error error = check_axis(frame.right, "frame.right")) return error;
+    if (const Error error = check_axis(frame.up, "frame.up")) return error;
+    return check_axis(frame.back, "frame.back");
 }
 
 }  // namespace detail

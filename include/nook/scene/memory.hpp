@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <new>
 
+#include <nook/scratch.hpp>
 #include <nook/target.hpp>
 
 namespace nook {
@@ -27,6 +28,7 @@ public:
     Block() = default;
     Block(const Memory& memory, std::size_t size) : memory_{memory}, size_{size}
     {
+        if (size == 0) return;
         data_ = memory.allocate != nullptr ? memory.allocate(size, memory.user)
                                            : ::operator new(size, std::nothrow);
     }
@@ -65,5 +67,19 @@ private:
     std::size_t size_ = 0;
     void* data_ = nullptr;
 };
+
+/// Allocates a block for the arrays that `layout(arrays)` takes out of a ScratchLayout. Returns how many
+/// bytes could not be had: 0 on success.
+template <class Layout>
+[[nodiscard]] std::size_t allocate_arrays(Block& block, const Memory& memory, const Layout& layout)
+{
+    ScratchLayout counted;
+    layout(counted);
+    block = Block{memory, counted.size()};
+    if (block.data() == nullptr && counted.size() > 0) return counted.size();
+    ScratchLayout arrays{block.data()};
+    layout(arrays);
+    return 0;
+}
 
 }  // namespace nook::inline NOOK_TARGET::detail

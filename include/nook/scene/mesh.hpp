@@ -95,7 +95,7 @@ inline bool is_usable_triangle(const MeshView& mesh, std::size_t triangle)
     const auto [a, b, c] = detail::mesh_triangle(mesh, triangle);
     if (!detail::is_finite(a) || !detail::is_finite(b) || !detail::is_finite(c)) return false;
     const detail::Vector3 ab = b - a, ac = c - a, area = cross(ab, ac);
-    // Contraction to FMA leaves rounding errors where the two products of a component cancel.
+    // Rounding leaves something where the two products of a component should cancel.
     return dot(area, area) > 0x1p-100 * dot(ab, ab) * dot(ac, ac);
 }
 

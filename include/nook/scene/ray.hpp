@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include <nook/checks.hpp>
+#include <nook/lanes.hpp>
 #include <nook/scene/mesh.hpp>
 #include <nook/scene/vector.hpp>
 
@@ -56,6 +57,18 @@ struct SceneSpace {
 
     [[nodiscard]] Vector3 to_scene(const Vector3& world) const { return (world - origin) * scale; }
 };
+
+/// Whether the product a b is less than (−1), equal to (0) or greater than (1) c d, without error.
+[[nodiscard]] inline int product_order(double a, double b, double c, double d)
+{
+    // Rounding keeps the order, so only where both round alike is anything left to ask: what it took
+    // from each.
+    const double first = rounded(a * b), second = rounded(c * d);
+    if (first < second) return -1;
+    if (first > second) return 1;
+    const double first_error = std::fma(a, b, -first), second_error = std::fma(c, d, -second);
+    return first_error < second_error ? -1 : first_error > second_error ? 1 : 0;
+}
 
 /// A box in float.
 struct Bounds {
@@ -171,7 +184,7 @@ struct SceneTriangle {
 }
 
 /// A ray in scene space with what the triangle test needs: the axis along which it is longest, and
-/// the shear that lays it along that axis (Woop, Benthin & Wald 2013, section 3).
+/// the shear that lays it along that axis (Woop, Benthin & Wald 2013, section 3; they round it to float, we keep double).
 class SceneRay {
 public:
     static constexpr double farthest_origin = 0x1p60;
@@ -214,38 +227,40 @@ public:
 
     /// Whether the ray can hit anything at all.
     [[nodiscard]] bool valid() const { return valid_; }
+    [[nodiscard]] bool excludes() const { return exclude_ != no_face; }
     /// A t of this ray as a t of the world's.
     [[nodiscard]] double world_t(double t) const { return t / units_per_t_; }
 
     /// Whether the ray meets the triangle, and where: t > 0, not compared with t_max.
     ///
-    /// Containment is watertight: a vertex has one pair of sheared float coordinates whatever
-    /// triangle it is met in, products of two floats are exact in double, and so the edge function of
-    /// a shared edge has opposite signs in its two triangles, contracted to FMA or not. A zero counts
-    /// as inside. The parameter comes from the plane in double, kept within the triangle's range.
+    /// Containment is watertight: a vertex has one pair of sheared coordinates whatever triangle it is
+    /// met in, and the edge functions of these pairs have their exact signs, so that they decide as
+    /// geometry does. A zero counts as inside. The parameter comes from the plane, kept within the
+    /// triangle's range. Every product is rounded before it is used: the same bits with FMA.
     [[nodiscard]] bool meets(const SceneTriangle& triangle, double& t) const
     {
-        float x[3], y[3];
-        double z[3];
+        if (triangle.face == exclude_) return false;
+        double x[3], y[3], z[3];
         for (int i = 0; i < 3; ++i) {
             const float* const v = triangle.vertices[i];
             z[i] = double{v[axis_z_]} - origin[axis_z_];
-            x[i] = static_cast<float>(double{v[axis_x_]} - origin[axis_x_] - shear_x_ * z[i]);
-            y[i] = static_cast<float>(double{v[axis_y_]} - origin[axis_y_] - shear_y_ * z[i]);
+            x[i] = double{v[axis_x_]} - origin[axis_x_] - rounded(shear_x_ * z[i]);
+            y[i] = double{v[axis_y_]} - origin[axis_y_] - rounded(shear_y_ * z[i]);
         }
-        const double u = double{x[2]} * double{y[1]} - double{y[2]} * double{x[1]};
-        const double v = double{x[0]} * double{y[2]} - double{y[0]} * double{x[2]};
-        const double w = double{x[1]} * double{y[0]} - double{y[1]} * double{x[0]};
-        const double least = (std::min)({u, v, w}), most = (std::max)({u, v, w});
-        if (least < 0 && most > 0) return false;
-        if (least == 0 && most == 0) return false;  // edge on
-        if (triangle.face == exclude_) return false;
+        const int u = product_order(x[2], y[1], y[2], x[1]);
+        const int v = product_order(x[0], y[2], y[0], x[2]);
+        const int w = product_order(x[1], y[0], y[1], x[0]);
+        const bool left = u < 0 || v < 0 || w<0, right = u> 0 || v > 0 || w > 0;
+        if (left == right) return false;  // outside, or edge on
         const Vector3 a = triangle.corner(0), normal = triangle.normal();
         const double slope = dot(normal, {direction[0], direction[1], direction[2]});
         if (slope == 0) return false;
         t = dot(normal, a - Vector3{origin[0], origin[1], origin[2]}) / slope;
         const double t0 = z[0] * inverse_z_, t1 = z[1] * inverse_z_, t2 = z[2] * inverse_z_;
         t = (std::min)((std::max)(t, (std::min)({t0, t1, t2})), (std::max)({t0, t1, t2}));
+        const Vector3 along{direction[0], direction[1], direction[2]};
+        if (slope * slope < 0x1p-40 * dot(normal, normal) * dot(along, along))
+            keep_within_box(triangle, t);
         return t > 0;
     }
     [[nodiscard]] bool is_occluded_by(const SceneTriangle& triangle) const
@@ -266,6 +281,19 @@ public:
     double t_max = 0;
 
 private:
+    /// A ray nearly in the triangle's plane: its t has lost its digits, and must not lie before the box
+    /// of the triangle, where nobody would look for it.
+    void keep_within_box(const SceneTriangle& triangle, double& t) const
+    {
+        for (int k = 0; k < 3; ++k) {
+            if (k == axis_z_ || !(std::fabs(direction[k]) > 0x1p-60)) continue;
+            double sides[3];
+            for (int i = 0; i < 3; ++i)
+                sides[i] = (double{triangle.vertices[i][k]} - origin[k]) / direction[k];
+            t = (std::max)(t, (std::min)({sides[0], sides[1], sides[2]}));
+        }
+    }
+
     double shear_x_ = 0, shear_y_ = 0, inverse_z_ = 0, units_per_t_ = 1;
     std::uint32_t exclude_ = no_face;
     int axis_x_ = 0, axis_y_ = 1, axis_z_ = 2;

@@ -4,9 +4,11 @@
 
 #include <glm/vec3.hpp>
 
+#include <nook/lanes.hpp>
 #include <nook/target.hpp>
 
-/// The vectors of the inner loops: double, an aggregate, and in the namespace of the target, so that
+/// The vectors of the inner loops: double, products rounded before they are summed up (the same bits
+/// with FMA and without), an aggregate, and in the namespace of the target, so that
 /// no function of another library is shared between builds of different flags. Signatures take
 /// glm::dvec3.
 namespace nook::inline NOOK_TARGET::detail {
@@ -25,16 +27,17 @@ struct Vector3 {
 }
 [[nodiscard]] constexpr Vector3 operator*(const Vector3& a, double s)
 {
-    return {a.x * s, a.y * s, a.z * s};
+    return {rounded(a.x * s), rounded(a.y * s), rounded(a.z * s)};
 }
 [[nodiscard]] constexpr Vector3 operator-(const Vector3& a) { return {-a.x, -a.y, -a.z}; }
 [[nodiscard]] constexpr double dot(const Vector3& a, const Vector3& b)
 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
+    return rounded(a.x * b.x) + rounded(a.y * b.y) + rounded(a.z * b.z);
 }
 [[nodiscard]] constexpr Vector3 cross(const Vector3& a, const Vector3& b)
 {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return {rounded(a.y * b.z) - rounded(a.z * b.y), rounded(a.z * b.x) - rounded(a.x * b.z),
+            rounded(a.x * b.y) - rounded(a.y * b.x)};
 }
 /// The largest magnitude of a coordinate.
 [[nodiscard]] inline double largest(const Vector3& a)
@@ -47,6 +50,7 @@ struct Vector3 {
 [[nodiscard]] inline Vector3 normalised(const Vector3& a)
 {
     const double size = largest(a);
+    if (size > 0x1p-500 && size < 0x1p500) return a * (1 / std::sqrt(dot(a, a)));
     if (!(size > 0)) return {0, 0, 0};
     // In two steps: the reciprocal of a denormal overflows.
     int exponent = 0;
