@@ -58,7 +58,7 @@ Reference trace(const scenes::Scene& scene, const View& view, double radius, int
     nook::Image<float> halves[2];
     for (int half = 0; half < 2; ++half) {
         halves[half] = {view.width(), view.height()};
-        nook::TracedOptions options;
+        nook::TracedOptions<> options;
         options.radius = radius;
         options.directions = rays / 2;
         options.seed = static_cast<std::uint32_t>(half + 1);

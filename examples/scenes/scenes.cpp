@@ -1,5 +1,10 @@
 #include "scenes.hpp"
 
+#include <filesystem>
+
+#include "../support/failure.hpp"
+#include "../support/obj_file.hpp"
+
 namespace scenes {
 
 Scene empty()
@@ -20,9 +25,32 @@ std::span<const Entry> all()
         {"chains", "chains between thin pillars", [] { return chains(); }},
         {"terrain", "hills from a distance of 0.1 to 1e5", [] { return terrain(); }},
         {"floor", "a flat floor seen at a slant", [] { return floor(); }},
+        {"curtain", "a thin curtain that hangs over flat ground", [] { return curtain(); }},
+        {"arcade", "a vaulted gallery with columns and curtains", [] { return arcade(); }},
         {"empty", "nothing but sky", [] { return empty(); }},
     };
     return entries;
+}
+
+Scene load(const std::string& name, double aspect)
+{
+    std::string known;
+    for (const Entry& entry : all()) {
+        if (name == entry.name) return entry.make();
+        known += entry.name + std::string{", "};
+    }
+    const std::filesystem::path path = name;
+    if (path.extension() != ".obj" && path.extension() != ".OBJ")
+        throw support::Failure{"--scene: '" + name.substr(0, 60) + "' is none of " + known +
+                               "and no .obj file"};
+    support::ObjMesh mesh = support::read_obj(path);
+    Scene scene;
+    scene.name = path.stem().string();
+    scene.positions = std::move(mesh.positions);
+    scene.indices = std::move(mesh.indices);
+    scene.camera = three_quarter_view(scene, aspect);
+    scene.radius = default_radius(scene);
+    return scene;
 }
 
 }  // namespace scenes

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "scene.hpp"
 
@@ -51,6 +52,23 @@ struct FloorOptions {
 };
 [[nodiscard]] Scene floor(const FloorOptions& options = {});
 
+/// A thin curtain that hangs over flat ground (Fridvalszky & Tóth 2022, figure 2): with plain
+/// ambient occlusion the ground is brightest right below it.
+struct CurtainOptions {
+    double width = 1;    ///< its thickness, > 0
+    double gap = 5;      ///< between its lower edge and the ground, > 0
+    double height = 30;  ///< from its lower edge up, > 0
+    double radius = 25;  ///< the radius of the occlusion, > 0; the ground reaches farther
+};
+[[nodiscard]] Scene curtain(const CurtainOptions& options = {});
+
+/// A vaulted gallery behind round arches on columns, open to a courtyard, with curtains between the
+/// columns that end above the floor.
+struct ArcadeOptions {
+    int bays = 5;  ///< ≥ 1
+};
+[[nodiscard]] Scene arcade(const ArcadeOptions& options = {});
+
 /// Nothing but sky.
 [[nodiscard]] Scene empty();
 
@@ -63,5 +81,9 @@ struct Entry {
     bool figures = false;
 };
 [[nodiscard]] std::span<const Entry> all();
+
+/// The built-in scene of that name, or, for a name that ends in .obj, the triangles of that file, all
+/// in the picture of width / height = `aspect`. Throws support::Failure.
+[[nodiscard]] Scene load(const std::string& name, double aspect);
 
 }  // namespace scenes

@@ -53,9 +53,9 @@ std::vector<int> read_windows(std::string_view text)
 bool read_command_line(int argc, const char* const* argv, CommandLine& result)
 {
     CLI::App app{
-        "Prints how kernels stand stiff, extreme and poisoned inputs, beside the textbook\n"
-        "ways to compute the same, all against exact arithmetic on the same input. Each\n"
-        "number is the worst over the windows.",
+        "Prints how depth filters and rays stand stiff, extreme and poisoned inputs, beside\n"
+        "the textbook ways to compute the same, all against what is known exactly of the same\n"
+        "input. A number of a depth filter is the worst over the windows.",
         "nook-stability"};
     app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
     app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);

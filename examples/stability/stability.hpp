@@ -13,10 +13,10 @@
 #include <nook/owned_image.hpp>
 
 /// How kernels stand inputs that are stiff, extreme or poisoned, beside the textbook ways to compute
-/// the same, all against exact arithmetic.
+/// the same, all against what is known exactly.
 ///
 /// A family of kernels has its cases, its algorithms and its metrics, and delivers a row for each case
-/// and algorithm. Another family is a function like `depth_filters` and an entry in `run`.
+/// and algorithm. Another family is a function like `watertightness` and an entry in `run`.
 namespace stability {
 
 // --- results of any family ------------------------------------------------------------------------
@@ -108,5 +108,16 @@ void write_terrain(const std::filesystem::path& path);
 
 /// Every case × algorithm × window.
 [[nodiscard]] Family depth_filters(const Options& options);
+
+// --- the families of rays -------------------------------------------------------------------------
+
+/// Rays at the vertices and edges of a closed mesh; at scales, and far from zero.
+[[nodiscard]] Family watertightness();
+/// Rays that hit the surface they start from, of points far from zero and pixels far away.
+[[nodiscard]] Family self_hits();
+/// 1 − exp(−σ d) from tiny to large σ d, and of a miss.
+[[nodiscard]] Family falloffs();
+/// Visibility in a scene that is scaled or moved, against the scene at home.
+[[nodiscard]] Family ray_scales();
 
 }  // namespace stability

@@ -25,7 +25,7 @@ std::string cell(const std::optional<double>& value)
     if (!value) return "-";
     if (std::isnan(*value)) return "NaN";
     char text[32];
-    const bool short_number = *value == 0 || (*value >= 0.01 && *value < 1e5);
+    const bool short_number = *value == 0 || (*value >= 0.01 && *value <= 1e5);
     const bool whole = *value == std::floor(*value);
     std::snprintf(text, sizeof text, !short_number ? "%.1e" : whole ? "%.0f" : "%.3g", *value);
     return text;
@@ -89,6 +89,12 @@ void print_metric(std::ostream& out, const Family& family, std::size_t metric)
     out << '\n';
 }
 
+bool lacks_value(const Row& row)
+{
+    return std::any_of(row.values.begin(), row.values.end(),
+                       [](const auto& value) { return !value; });
+}
+
 void print_labels(std::ostream& out, const char* title, const std::vector<Label>& labels)
 {
     out << title << '\n';
@@ -138,13 +144,17 @@ void print_tables(std::ostream& out, const std::vector<Family>& families)
         out << family.label.name << ": " << family.label.what << "\n\n";
         print_labels(out, "cases", family.cases);
         print_labels(out, "algorithms", family.algorithms);
-        out << "A dash stands where there is no such output, or its type cannot hold the exact "
-               "value.\n\n";
+        if (std::any_of(family.rows.begin(), family.rows.end(), lacks_value))
+            out << "A dash stands where there is no such output, or its type cannot hold the exact "
+                   "value.\n\n";
         for (std::size_t metric = 0; metric < family.metrics.size(); ++metric)
             print_metric(out, family, metric);
     }
 }
 
-std::vector<Family> run(const Options& options) { return {depth_filters(options)}; }
+std::vector<Family> run(const Options& options)
+{
+    return {depth_filters(options), watertightness(), self_hits(), falloffs(), ray_scales()};
+}
 
 }  // namespace stability

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -13,9 +14,11 @@
 
 #include <nook/depth/chebyshev_ao.hpp>
 #include <nook/owned_image.hpp>
+#include <nook/scene/bvh.hpp>
 #include <nook/scene/rasteriser.hpp>
 
 #include "../../examples/scenes/scenes.hpp"
+#include "../../examples/support/failure.hpp"
 
 namespace {
 
@@ -52,7 +55,7 @@ glm::dvec3 vertex(const scenes::Scene& scene, std::uint32_t index)
 
 TEST_CASE("every built-in scene is a sound mesh with a sound camera")
 {
-    CHECK(scenes::all().size() == 7);
+    CHECK(scenes::all().size() == 9);
     for (const scenes::Entry& entry : scenes::all()) {
         CAPTURE(entry.name);
         const scenes::Scene scene = entry.make();
@@ -87,9 +90,9 @@ TEST_CASE("another seed gives other boxes and another terrain")
           scenes::terrain({.columns = 20, .rows = 20, .seed = 2}).positions);
 }
 
-TEST_CASE("bowl and boxes are closed solids with their outside out")
+TEST_CASE("bowl, boxes and curtain are closed solids with their outside out")
 {
-    for (const scenes::Scene& scene : {scenes::bowl(), scenes::boxes()}) {
+    for (const scenes::Scene& scene : {scenes::bowl(), scenes::boxes(), scenes::curtain()}) {
         CAPTURE(scene.name);
         // Each directed edge has its opposite: vertices are told apart by position.
         using Point = std::array<float, 3>;
@@ -144,6 +147,77 @@ TEST_CASE("the terrain reaches from a distance of 0.1 to 1e5")
         });
         CHECK(count > 480 * 270 / 20);
     }
+}
+
+TEST_CASE("the curtain hangs over ground that reaches farther than the radius")
+{
+    const scenes::CurtainOptions options{.width = 2, .gap = 4, .height = 40, .radius = 20};
+    const scenes::Scene scene = scenes::curtain(options);
+    CHECK(scene.radius == 20);
+    nook::Bvh bvh;
+    REQUIRE(bvh.build(scene.mesh()));
+    const auto distance = [&](const glm::dvec3& from, const glm::dvec3& towards) {
+        return bvh.closest({from, towards}).t;
+    };
+    // Ground at y = 0, the lower edge over it, the faces of the curtain beside it.
+    CHECK(distance({0.1, 2, 0.2}, {0, -1, 0}) == doctest::Approx(2));
+    CHECK(distance({0.1, 0, 0.2}, {0, 1, 0}) == doctest::Approx(4));
+    CHECK(distance({0.1, 60, 0.2}, {0, -1, 0}) == doctest::Approx(60 - 44));
+    for (const double side : {-1.0, 1.0})
+        CHECK(distance({side * 10, 4.5, 0.2}, {-side, 0, 0}) == doctest::Approx(9));
+    // A sphere around a point that is in reach of the curtain holds no end of it or of the ground.
+    const double last = 1 + std::sqrt(20 * 20 - 4 * 4);
+    for (const double x : {-last, last}) CHECK(distance({x, 1, 20}, {0, -1, 0}) == 1);
+    CHECK(scenes::bounds(scene).high.x >= last + 20);
+    CHECK(distance({0.1, 0, 20}, {0, 1, 0}) == doctest::Approx(4));
+}
+
+TEST_CASE("the arcade is roofed, open to the courtyard, and its curtains end above the floor")
+{
+    const scenes::Scene scene = scenes::arcade();
+    CHECK(scene.triangles() > 20000);
+    CHECK(scene.triangles() < 60000);
+    nook::Bvh bvh;
+    REQUIRE(bvh.build(scene.mesh()));
+    const auto closed = [&](const glm::dvec3& from, const glm::dvec3& towards) {
+        return bvh.occluded({from, towards});
+    };
+    for (const double x : {-6.1, -3.1, 0.1, 2.9, 6.1}) {
+        CAPTURE(x);
+        CHECK(closed({x, 1, -1.7}, {0, 1, 0}));
+        CHECK(closed({x, 1, -1.7}, {0, 0.1, -1}));
+        CHECK_FALSE(closed({x, 0.05, -1.7}, {0, 0, 1}));
+        CHECK_FALSE(closed({x, 1, 2.1}, {0, 1, 0}));
+        CHECK_FALSE(closed({x, 1, 2.1}, {0, 0.1, 1}));
+        // The floor of the gallery lies at y = 0.
+        CHECK(bvh.closest({{x, 0.5, -1.7}, {0, -1, 0}}).t == doctest::Approx(0.5));
+    }
+    // Between the columns, at half their height: cloth in four bays of five, none close to the floor.
+    int cloth = 0;
+    for (const double x : {-6.1, -3.1, -1.0, 2.9, 6.1}) {
+        CAPTURE(x);
+        cloth += closed({x, 1.5, -1}, {0, 0, 1}) ? 1 : 0;
+        CHECK_FALSE(closed({x, 0.05, -1}, {0, 0, 1}));
+    }
+    CHECK(cloth == 4);
+    CHECK(scenes::arcade({.bays = 1}).triangles() < scene.triangles());
+}
+
+TEST_CASE("a scene is loaded by its name or from a file")
+{
+    const scenes::Scene stairs = scenes::load("stairs", 1);
+    CHECK(stairs.name == "stairs");
+    CHECK(stairs.positions == scenes::stairs().positions);
+    const auto refusal = [](const char* name) {
+        try {
+            (void)scenes::load(name, 1);
+        } catch (const support::Failure& failure) {
+            return std::string{failure.what()};
+        }
+        return std::string{};
+    };
+    CHECK(refusal("nowhere").find("'nowhere' is none of bowl, ") != std::string::npos);
+    CHECK(refusal("nowhere.obj").starts_with("nowhere.obj: cannot be opened"));
 }
 
 TEST_CASE("the empty view is background alone")
