@@ -4,33 +4,8 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(work ${CMAKE_CURRENT_BINARY_DIR}/curtain_cli)
-if(DEFINED WORK_DIR)
-    set(work ${WORK_DIR})
-endif()
-file(REMOVE_RECURSE ${work})
-file(MAKE_DIRECTORY ${work})
-
-# Runs the program; sets status, out and err.
-macro(run)
-    execute_process(COMMAND ${CURTAIN} ${ARGN} WORKING_DIRECTORY ${work}
-        RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE err)
-endmacro()
-
-# Bad input: status 2, one line on stderr that contains `named`, nothing on stdout and on disk.
-function(refuse named)
-    file(GLOB_RECURSE before LIST_DIRECTORIES true ${work}/*)
-    run(${ARGN})
-    string(REGEX MATCHALL "\n" newlines "${err}")
-    list(LENGTH newlines lines)
-    string(FIND "${err}" "${named}" at)
-    file(GLOB_RECURSE after LIST_DIRECTORIES true ${work}/*)
-    if(NOT status EQUAL 2 OR NOT lines EQUAL 1 OR at EQUAL -1 OR NOT out STREQUAL "" OR
-       NOT before STREQUAL after)
-        message(SEND_ERROR "nook-curtain ${ARGN}\nexpected a refusal that names: ${named}\n"
-            "status: ${status}\nstdout: ${out}\nstderr: ${err}\nbefore: ${before}\nafter: ${after}")
-    endif()
-endfunction()
+set(PROGRAM ${CURTAIN})
+include(${CMAKE_CURRENT_LIST_DIR}/cli.cmake)
 
 foreach(option --width --bottom --height --radius)
     foreach(length 0 -1 nan inf 1e7 1e-7 one "")

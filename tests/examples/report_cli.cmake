@@ -4,33 +4,8 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(work ${CMAKE_CURRENT_BINARY_DIR}/report_cli)
-if(DEFINED WORK_DIR)
-    set(work ${WORK_DIR})
-endif()
-file(REMOVE_RECURSE ${work})
-file(MAKE_DIRECTORY ${work})
-
-# Runs the program; sets status, out and err.
-macro(run)
-    execute_process(COMMAND ${REPORT} ${ARGN} WORKING_DIRECTORY ${work}
-        RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE err)
-endmacro()
-
-# Bad input: status 2, one line on stderr that contains `named`, nothing on stdout and on disk.
-function(refuse named)
-    file(GLOB_RECURSE before LIST_DIRECTORIES true ${work}/*)
-    run(${ARGN})
-    string(REGEX MATCHALL "\n" newlines "${err}")
-    list(LENGTH newlines lines)
-    string(FIND "${err}" "${named}" at)
-    file(GLOB_RECURSE after LIST_DIRECTORIES true ${work}/*)
-    if(NOT status EQUAL 2 OR NOT lines EQUAL 1 OR at EQUAL -1 OR NOT out STREQUAL "" OR
-       NOT before STREQUAL after)
-        message(SEND_ERROR "nook-report ${ARGN}\nexpected a refusal that names: ${named}\n"
-            "status: ${status}\nstdout: ${out}\nstderr: ${err}\nbefore: ${before}\nafter: ${after}")
-    endif()
-endfunction()
+set(PROGRAM ${REPORT})
+include(${CMAKE_CURRENT_LIST_DIR}/cli.cmake)
 
 # check("what should be so" [[condition of if()]])
 function(check claim condition)
@@ -218,7 +193,7 @@ if(SCRIPT)
     run_in_terminal("test -t 2")
 endif()
 if(status EQUAL 0)
-    set(command "'${REPORT}' --scene empty --size 8x8 --rays 2 --threads 1 --out terminal")
+    set(command "'${PROGRAM}' --scene empty --size 8x8 --rays 2 --threads 1 --out terminal")
     run_in_terminal("${command} >table")
     check("a run on a terminal succeeds: ${seen}" [[status EQUAL 0]])
     foreach(word "[1/1] empty: " "tracing the reference 100 %" "timing with 1 thread")

@@ -59,7 +59,7 @@ void a_closed_room_is_dark_and_a_convex_body_is_white()
 
 int main()
 {
-    check(watertight::leaks(1000000) == 0, "no ray leaks through a vertex or an edge");
+    check(watertight::leaks(10000000) == 0, "no ray leaks through a vertex or an edge");
     hits_are_those_of_brute_force();
     a_closed_room_is_dark_and_a_convex_body_is_white();
     return failures > 0;
