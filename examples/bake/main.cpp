@@ -1,14 +1,12 @@
 // nook-bake: ambient occlusion at the vertices of a mesh, for engines and viewers that draw vertex
 // colours.
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -16,11 +14,11 @@
 #include <nook/scene/bvh.hpp>
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
-#include <nook/version.hpp>
 
 #include "../report/checked.hpp"
 #include "../scenes/scene.hpp"
 #include "../support/arguments.hpp"
+#include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
 #include "../support/program.hpp"
@@ -44,11 +42,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         "1 is open, 0 is closed. Normals are those of the file; a vertex without one takes\n"
         "the mean of the triangles around it, by area.",
         "nook-bake"};
-    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-    constexpr int most_threads = 1024;
-    result.threads =
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
+    support::set_up(app);
     std::string file, radius;
     app.add_option("mesh", result.mesh, "The OBJ file")->type_name("FILE")->required();
     app.add_option("--out", file,
@@ -63,18 +57,8 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
                    "How far occlusion reaches, world units [5 % of the diagonal]")
         ->type_name("R");
     app.add_flag("--flip", result.flip, "Normals the other way round");
-    app.add_option("--threads", result.threads, "Threads; the result does not depend on them")
-        ->type_name("N")
-        ->check(CLI::Range(1, most_threads))
-        ->capture_default_str();
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& done) {
-        app.exit(done);
-        return false;
-    } catch (const CLI::ParseError& error) {
-        throw support::Failure{error.what()};
-    }
+    support::add_threads(app, result.threads, "Threads; the result does not depend on them");
+    if (!support::parse(app, argc, argv)) return false;
     result.file = file;
     support::check_output_file("--out", result.file);
     if (app.count("--radius") > 0) result.radius = support::read_positive("--radius", radius);

@@ -11,8 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include <nook/version.hpp>
-
+#include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
 #include "../support/program.hpp"
@@ -49,8 +48,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         "Prints how bright the ground under a hanging box is: in closed form, traced, and\n"
         "traced with secondary rays, which take the false highlight away.",
         "nook-curtain"};
-    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    support::set_up(app);
     const auto length = [&](const char* option, double& value, const char* what) {
         app.add_option(option, value, what)->type_name("LENGTH")->capture_default_str();
     };
@@ -68,14 +66,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
                                std::string{"Writes "} + json_name + " and " + picture_name +
                                    " to this folder, too")
                     ->type_name("DIR");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& done) {
-        app.exit(done);
-        return false;
-    } catch (const CLI::ParseError& error) {
-        throw support::Failure{error.what()};
-    }
+    if (!support::parse(app, argc, argv)) return false;
     if (out->count() > 0 && result.out.empty()) throw support::Failure{"--out: an empty name"};
     check_length("--width", options.curtain.width, shortest);
     check_length("--bottom", options.curtain.bottom, shortest);

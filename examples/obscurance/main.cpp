@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <limits>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -18,11 +17,11 @@
 #include <nook/scene/rasteriser.hpp>
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
-#include <nook/version.hpp>
 
 #include "../report/checked.hpp"
 #include "../scenes/scenes.hpp"
 #include "../support/arguments.hpp"
+#include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
 #include "../support/picture.hpp"
@@ -48,11 +47,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         "Draws ambient occlusion without and with secondary rays, obscurance with colour\n"
         "bleeding and bent normals of a scene, and prints what each costs.",
         "nook-obscurance"};
-    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-    constexpr int most_threads = 1024;
-    result.threads =
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
+    support::set_up(app);
     std::string size = "960x540", folder = result.folder.string(), radius, secondary = "0.5",
                 sigma = "2";
     app.add_option("--scene", result.scene, "A built-in scene, or an OBJ file")
@@ -73,21 +68,11 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
     app.add_option("--sigma", sigma, "Falloff of obscurance: 1 - exp(-S d / R) at a distance d")
         ->type_name("S")
         ->capture_default_str();
-    app.add_option("--threads", result.threads, "Threads; the pictures do not depend on them")
-        ->type_name("N")
-        ->check(CLI::Range(1, most_threads))
-        ->capture_default_str();
+    support::add_threads(app, result.threads, "Threads; the pictures do not depend on them");
     app.add_option("--out", folder, "Folder for the pictures; files of an earlier run are replaced")
         ->type_name("DIR")
         ->capture_default_str();
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& done) {
-        app.exit(done);
-        return false;
-    } catch (const CLI::ParseError& error) {
-        throw support::Failure{error.what()};
-    }
+    if (!support::parse(app, argc, argv)) return false;
     if (folder.empty()) throw support::Failure{"--out: an empty name"};
     result.folder = folder;
     if (app.count("--radius") > 0) result.radius = support::read_positive("--radius", radius);

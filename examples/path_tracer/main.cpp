@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -16,11 +15,11 @@
 #include <nook/scene/rasteriser.hpp>
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
-#include <nook/version.hpp>
 
 #include "../report/checked.hpp"
 #include "../scenes/scenes.hpp"
 #include "../support/arguments.hpp"
+#include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/picture.hpp"
 #include "../support/program.hpp"
@@ -43,12 +42,8 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         "Draws a scene by diffuse paths under a sky: every surface alike, or in its own\n"
         "colour. A reference for what ambient occlusion stands for.",
         "nook-path-trace"};
-    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    support::set_up(app);
     std::string size = "960x540", exposure;
-    constexpr int most_threads = 1024;
-    result.threads =
-        std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
     app.add_option("--scene", result.scene, "A built-in scene, or an OBJ file")
         ->type_name("NAME")
         ->capture_default_str();
@@ -71,19 +66,9 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         ->type_name("E");
     app.add_flag("--beside", result.beside,
                  "Ambient occlusion of the same view, plain and with secondary rays, at the left");
-    app.add_option("--threads", result.threads, "Threads; the picture does not depend on them")
-        ->type_name("N")
-        ->check(CLI::Range(1, most_threads))
-        ->capture_default_str();
+    support::add_threads(app, result.threads, "Threads; the picture does not depend on them");
     app.add_option("--out", result.file, "The picture (PNG)")->type_name("FILE")->required();
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& done) {
-        app.exit(done);
-        return false;
-    } catch (const CLI::ParseError& error) {
-        throw support::Failure{error.what()};
-    }
+    if (!support::parse(app, argc, argv)) return false;
     support::check_output_file("--out", result.file);
     if (app.count("--exposure") > 0)
         result.exposure = support::read_positive("--exposure", exposure);

@@ -13,9 +13,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include <nook/version.hpp>
-
 #include "../scenes/scenes.hpp"
+#include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "checked.hpp"
 #include "view.hpp"
@@ -126,8 +125,7 @@ bool read_options(int argc, const char* const* argv, Options& options)
         "ray-traced reference, run time, pictures. y is up. Writes pictures and\n"
         "report.json to a folder and prints a table.",
         "nook-report"};
-    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    support::set_up(app);
     std::string size = "960x540", camera, radius, rays = "256",
                 threads = std::to_string(options.threads), folder = options.folder.string();
     bool list = false;
@@ -166,14 +164,7 @@ bool read_options(int argc, const char* const* argv, Options& options)
         ->type_name("DIR")
         ->capture_default_str();
     app.add_flag("--list", list, "List the built-in scenes");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& done) {
-        app.exit(done);
-        return false;
-    } catch (const CLI::ParseError& error) {
-        throw support::Failure{error.what()};
-    }
+    if (!support::parse(app, argc, argv)) return false;
     if (list) {
         list_scenes();
         return false;

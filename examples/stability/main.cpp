@@ -12,8 +12,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include <nook/version.hpp>
-
+#include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
 #include "../support/program.hpp"
@@ -57,8 +56,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         "the textbook ways to compute the same, all against what is known exactly of the same\n"
         "input. A number of a depth filter is the worst over the windows.",
         "nook-stability"};
-    app.set_version_flag("--version", std::string{"nook "} + std::string{nook::version});
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    support::set_up(app);
     std::string windows = "3,17,65";
     app.add_option("--window", windows,
                    "Pixels across the windows of depth filters, odd, from 3 to " +
@@ -72,14 +70,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         app.add_option("--picture", result.picture,
                        "Draws the terrain, distances 0.1 to 1e5, by float filters (PNG)")
             ->type_name("FILE");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::Success& done) {
-        app.exit(done);
-        return false;
-    } catch (const CLI::ParseError& error) {
-        throw support::Failure{error.what()};
-    }
+    if (!support::parse(app, argc, argv)) return false;
     if (json->count() > 0 && result.json.empty()) throw support::Failure{"--json: an empty name"};
     if (picture->count() > 0 && result.picture.empty())
         throw support::Failure{"--picture: an empty name"};

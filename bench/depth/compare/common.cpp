@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace compare {
 
@@ -20,13 +19,6 @@ Agreement difference(const nook::Image<float>& one, const nook::Image<float>& ot
         }
     result.share = count > 0 ? apart / count : 0;
     return result;
-}
-
-std::string digits(const char* format, double value)
-{
-    char text[64];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
 }
 
 }  // namespace compare

@@ -7,11 +7,12 @@
 
 #include <nook/owned_image.hpp>
 
-#include "failure.hpp"
+#include "compare/failure.hpp"
+#include "compare/rotation.hpp"
+#include "compare/table.hpp"
 #include "kernels.hpp"
 #include "options.hpp"
 #include "results.hpp"
-#include "rotation.hpp"
 
 /// What the parts share.
 namespace compare {
@@ -72,7 +73,5 @@ struct Size {
     const double scale = 1e9 / double(pixels);
     return {seconds.median * scale, seconds.lower * scale, seconds.upper * scale};
 }
-
-[[nodiscard]] std::string digits(const char* format, double value);
 
 }  // namespace compare

@@ -14,32 +14,13 @@ namespace compare {
 
 namespace {
 
-struct Adapter {
-    const Threads& threads;
-
-    [[nodiscard]] int concurrency() const { return threads.workers; }
-
-    template <class F>
-    void for_each(int count, F&& f) const
-    {
-        if (threads.for_each == nullptr) {
-            for (int task = 0; task < count; ++task) f(task, 0);
-            return;
-        }
-        using Function = std::remove_reference_t<F>;
-        threads.for_each(threads.executor, count, &f, [](void* context, int task, int worker) {
-            (*static_cast<Function*>(context))(task, worker);
-        });
-    }
-};
-
 nook::Outcome chebyshev_ao(const Depth& depth, const Visibility& visibility,
                            const nook::ChebyshevOptions& options,
                            const nook::Projection& projection, nook::Scratch scratch,
                            const Threads& threads)
 {
     return nook::chebyshev_ao(depth, visibility, options, projection, {}, scratch,
-                              Adapter{threads});
+                              Borrowed{threads});
 }
 std::size_t scratch_size(const Depth& depth, const nook::ChebyshevOptions& options,
                          const nook::Projection& projection, int workers)

@@ -5,18 +5,13 @@
 
 #include <nook/depth/chebyshev_ao.hpp>
 
+#include "compare/targets.hpp"
+#include "compare/threads.hpp"
+
 namespace compare {
 
 using Depth = nook::ImageView<const float>;
 using Visibility = nook::ImageView<float>;
-
-/// Threads that another translation unit owns; by default there is none but the caller's.
-struct Threads {
-    int workers = 1;
-    void* executor = nullptr;
-    void (*for_each)(void* executor, int count, void* context,
-                     void (*task)(void* context, int task, int worker)) = nullptr;
-};
 
 /// Summed area tables of a (tight) image: (width + 1) × (height + 1) entries each, the first row and
 /// column 0.
@@ -59,14 +54,7 @@ struct Kernels {
                          const Visibility& visibility);
 };
 
-/// The kernels this program was built with, best last; only those that this CPU can run.
-struct Targets {
-    static constexpr int most = 3;
-    const Kernels* kernels[most] = {};
-    int count = 0;
-
-    [[nodiscard]] const Kernels& best() const { return *kernels[count - 1]; }
-};
+using Targets = TargetsOf<Kernels>;
 [[nodiscard]] Targets targets();
 
 }  // namespace compare

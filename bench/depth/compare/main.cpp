@@ -2,7 +2,8 @@
 
 #include <cstdio>
 
-#include "failure.hpp"
+#include "compare/failure.hpp"
+#include "compare/marks.hpp"
 #include "options.hpp"
 #include "parts.hpp"
 #include "results.hpp"
@@ -18,10 +19,7 @@ void run(const compare::Options& options)
     if (options.runs("windows")) compare_windows(options, results);
     if (options.runs("threads")) compare_threads(options, results);
     if (options.runs("radius")) compare_radius(options, results);
-    std::printf("Marks: the worst case counts; a goal missed by up to %.0f %% counts as noise.\n",
-                100 * compare::slack);
-    if (options.quick) std::printf("This was a quick run: the times mean nothing.\n");
-    compare::print_marks(results.marks);
+    compare::print_marks(results.marks, options.quick);
     if (!options.json.empty()) compare::write_json(results, options);
     if (std::fflush(stdout) != 0) throw compare::Failure{"stdout cannot be written"};
 }

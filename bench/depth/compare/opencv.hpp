@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "compare/rotation.hpp"
 #include "kernels.hpp"
-#include "rotation.hpp"
 
 namespace compare {
 

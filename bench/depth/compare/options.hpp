@@ -1,24 +1,10 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
-#include <vector>
+#include "compare/common_options.hpp"
 
 namespace compare {
 
-struct Options {
-    int rounds = 15;
-    /// Small images and few rounds: shows that everything runs, and says nothing about speed.
-    bool quick = false;
-    /// Where results go as JSON; empty: nowhere.
-    std::filesystem::path json;
-    /// The parts to run, out of `part_names`; empty: all.
-    std::vector<std::string> parts;
-
-    [[nodiscard]] bool runs(const std::string& part) const;
-};
-
-inline constexpr const char* part_names[] = {"contenders", "windows", "threads", "radius"};
+struct Options : CommonOptions {};
 
 /// Reads the command line; false when it asked for help or the version, which is then printed.
 /// Throws Failure with one line that names the argument.

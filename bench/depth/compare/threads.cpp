@@ -10,20 +10,6 @@
 
 namespace compare {
 
-namespace {
-
-/// Lends an executor to kernels of another translation unit.
-[[nodiscard]] Threads lend(nook::ThreadExecutor& executor)
-{
-    return {executor.concurrency(), &executor,
-            [](void* lent, int count, void* context, void (*task)(void*, int, int)) {
-                static_cast<nook::ThreadExecutor*>(lent)->for_each(
-                    count, [&](int index, int worker) { task(context, index, worker); });
-            }};
-}
-
-}  // namespace
-
 void compare_threads(const Options& options, Results& results)
 {
     const std::vector<Size> all = sizes(options);

@@ -25,11 +25,12 @@ enum class Clock { processor, wall };
 
 struct Effort {
     int rounds = 15;
-    /// A turn repeats its contender for about this long, after one call that is not timed and brings
-    /// its buffers into the caches.
+    /// A turn repeats its contender for about this long.
     double turn_seconds = 3e-3;
     /// For contenders on one thread; those on several need the other.
     Clock clock = Clock::processor;
+    /// A turn begins with one call that is not timed and brings its buffers into the caches.
+    bool untimed_call = true;
 };
 
 class Times {
@@ -39,6 +40,8 @@ public:
 
     /// Seconds per call.
     [[nodiscard]] Summary seconds(std::size_t contender) const;
+    /// Of the fastest round.
+    [[nodiscard]] double least_seconds(std::size_t contender) const;
     /// The time of one over the time of another, round by round.
     [[nodiscard]] Summary ratio(std::size_t one, std::size_t other) const;
 

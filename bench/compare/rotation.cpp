@@ -51,12 +51,17 @@ Times::Times(const std::vector<Contender>& contenders, const Effort& effort)
     }
     for (int round = 0; round < effort.rounds; ++round)
         for (std::size_t i = 0; i < contenders.size(); ++i) {
-            contenders[i].run();
+            if (effort.untimed_call) contenders[i].run();
             seconds_[i].push_back(timed(contenders[i], calls[i], effort.clock));
         }
 }
 
 Summary Times::seconds(std::size_t contender) const { return summary(seconds_[contender]); }
+
+double Times::least_seconds(std::size_t contender) const
+{
+    return *std::min_element(seconds_[contender].begin(), seconds_[contender].end());
+}
 
 Summary Times::ratio(std::size_t one, std::size_t other) const
 {
