@@ -55,12 +55,12 @@ public:
         struct Waiting {
             const BvhNode* node;
             int lane;
-            bool small;
+            bool fine;
         };
         Waiting stack[most];
         int waiting = 0;
         const auto expand = [&](const BvhNode& node) {
-            unsigned kept = 0, small = 0;
+            unsigned kept = 0, fine = 0;
             for (int lane = 0; lane < BvhNode::lanes; lane += child_lanes) {
                 using L = ChildLanes;
                 L outside = broadcast<child_lanes>(-1.0f), size{};
@@ -71,19 +71,19 @@ public:
                     size = larger(size, high - low);
                 }
                 kept |= bits_at_most(outside, L{}) << lane;
-                small |= bits_at_most(size, broadcast<child_lanes>(reach)) << lane;
+                fine |= bits_at_most(size, broadcast<child_lanes>(reach)) << lane;
             }
             while (kept != 0) {
                 const int lane = static_cast<int>(std::bit_width(kept)) - 1;
                 kept ^= 1u << lane;
-                stack[waiting++] = {&node, lane, (small >> lane & 1) != 0};
+                stack[waiting++] = {&node, lane, (fine >> lane & 1) != 0};
             }
         };
         expand(bvh_.nodes[bvh_.root]);
         while (waiting > 0) {
             const Waiting next = stack[--waiting];
             const std::uint32_t child = next.node->child[next.lane];
-            if (next.small || (child & BvhNode::block_bit) != 0 ||
+            if (next.fine || (child & BvhNode::block_bit) != 0 ||
                 count_ + waiting + BvhNode::lanes > most)
                 add(*next.node, next.lane);
             else expand(bvh_.nodes[child]);

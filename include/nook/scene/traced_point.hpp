@@ -84,7 +84,7 @@ inline void fill_fan(const Options& options, const Vector3& normal, std::uint32_
     return {double{fan.direction[0][i]}, double{fan.direction[1][i]}, double{fan.direction[2][i]}};
 }
 
-/// Traces points of one hierarchy. `outputs` says at compile time what is summed up besides openness.
+/// Traces points of one hierarchy. Bent normals are summed up where they are wanted.
 template <class Options, bool wants_bent>
 class PointTracer {
 public:
