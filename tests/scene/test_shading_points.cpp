@@ -479,6 +479,103 @@ TEST_CASE("a tilted sheet of rounded vertices hides nothing of itself, with ids"
     const int pixels = count_other_than(drawn.ids, nook::no_face);
     CHECK(pixels > 200);
     CHECK(done.work.rays + done.work.skipped_rays == 64 * static_cast<std::uint64_t>(pixels));
+    // Secondary segments that point down end above the sheet, not in it.
+    REQUIRE(drawn.trace_with_ids(result.view(), Secondary{.radius = 1, .directions = 64}));
+    CHECK(count_other_than(result, 1.0f) == 0);
+}
+
+TEST_CASE("with ids a kerb counts as much a million units from zero as at home")
+{
+    // Floors at z = 0 are exact wherever they are: nothing of the kerb is taken for rounding.
+    double at_home = 0;
+    for (const double x : {0.0, 1e6, 4e6}) {
+        CAPTURE(x);
+        Mesh mesh;
+        mesh.quad({x - 8, -8, 0}, {x + 8, -8, 0}, {x + 8, 8, 0}, {x - 8, 8, 0});
+        mesh.quad({x + 0.5, -8, 0}, {x + 0.5, 8, 0}, {x + 0.5, 8, 0.125}, {x + 0.5, -8, 0.125});
+        Drawn drawn{mesh,
+                    {.eye = {x + 0.25, 0, 2},
+                     .target = {x + 0.25, 0, 0},
+                     .up = {0, 1, 0},
+                     .vertical_fov = 1e-3},
+                    1,
+                    1};
+        Image<float> result{1, 1};
+        REQUIRE(drawn.trace_with_ids(result.view(), TracedOptions<>{.directions = 1024}));
+        if (x == 0) at_home = double{result(0, 0)};
+        CHECK(result(0, 0) < 0.98f);
+        CHECK(std::fabs(double{result(0, 0)} - at_home) < 5 * 2.2e-3);
+    }
+}
+
+TEST_CASE("secondary rays of any length see the walls of a closed box")
+{
+    Mesh mesh;
+    for (const double z : {0.0, 2.0}) mesh.quad({-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z});
+    for (const double x : {-1.0, 1.0}) {
+        mesh.quad({x, -1, 0}, {x, 1, 0}, {x, 1, 2}, {x, -1, 2});
+        mesh.quad({-1, x, 0}, {1, x, 0}, {1, x, 2}, {-1, x, 2});
+    }
+    const Bvh bvh = built(mesh);
+    for (const double radius : {10.0, 1e15, 1e18, 1e300}) {
+        CAPTURE(radius);
+        const Secondary options{.radius = 0.5, .directions = 64, .secondary = {.radius = radius}};
+        CHECK(nook::traced_visibility(bvh, {0, 0, 0}, {0, 0, 1}, options) == 0);
+    }
+}
+
+TEST_CASE("a negative error means the rounding of floats, for one point as for a list")
+{
+    Mesh mesh;
+    mesh.quad({-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2});
+    const Bvh bvh = built(mesh);
+    const TracedOptions<> options{.radius = 0.5, .directions = 64};
+    CHECK(nook::traced_visibility(bvh, {0, 0, 0}, {0, 0, 1}, options, 0, -1.9) == 1);
+}
+
+TEST_CASE("axes of a frame that are no unit vectors are refused")
+{
+    Mesh mesh;
+    mesh.quad({-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0});
+    Drawn drawn{mesh, {.eye = {0, 0, 2}}, 4, 4};
+    drawn.frame.up = {0, 1e308, 0};
+    Image<float> result{4, 4, -7};
+    const nook::Outcome done = drawn.trace(result.view(), TracedOptions<>{.directions = 4});
+    CHECK(std::string{done.error.argument} == "frame.up");
+    CHECK(count_other_than(result, -7.0f) == 0);
+}
+
+TEST_CASE("rays in the planes of triangles end where brute force lets them end")
+{
+    std::mt19937 random{11};
+    std::uniform_real_distribution<double> unit{-1, 1};
+    int hits = 0, different = 0;
+    for (int scene = 0; scene < 400; ++scene) {
+        Mesh mesh;
+        for (int i = 0; i < 4; ++i)
+            mesh.triangle({unit(random), unit(random), unit(random)},
+                          {unit(random), unit(random), unit(random)},
+                          {unit(random), unit(random), unit(random)});
+        const Bvh bvh = built(mesh);
+        for (int i = 0; i < 100; ++i) {
+            const auto corner = [&](std::size_t k) {
+                const float* const at =
+                    mesh.positions.data() + 9 * static_cast<std::size_t>(i % 4) + 3 * k;
+                return glm::dvec3{double{at[0]}, double{at[1]}, double{at[2]}};
+            };
+            const glm::dvec3 b = corner(1) - corner(0), c = corner(2) - corner(0);
+            const glm::dvec3 along = b * unit(random) + c * unit(random);
+            nook::Ray ray{.origin = corner(0) + b * unit(random) + c * unit(random) - along * 2.0,
+                          .direction = along};
+            const nook::Hit hit = bvh.closest(ray);
+            if (!hit) continue;
+            ++hits;
+            ray.t_max = hit.t;
+            different += bvh.occluded(ray) != nook::occluded_brute_force(mesh.view(), ray);
+        }
+    }
+    CHECK(hits > 1000);
+    CHECK(different == 0);
 }
 
 TEST_CASE("vertices of a cube are 1, those of a room see their octant")
