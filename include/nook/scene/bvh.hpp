@@ -34,7 +34,7 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Coordinates are relative to an origin near the scene and scaled by a power of two, both exactly:
 /// a scene 10⁶ units from zero, or scaled by a power of two, gives the hits it gives at home. The
-/// triangle test is watertight (Woop, Benthin & Wald 2013, with edge functions always in double).
+/// triangle test is watertight (Woop, Benthin & Wald 2013, with exact signs of the edge functions).
 class Bvh {
 public:
     Bvh() = default;

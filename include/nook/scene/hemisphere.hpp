@@ -213,8 +213,8 @@ private:
         else return broadcast<float_lanes>(reach_);
     }
 
-    /// The planes of eight triangles: a ray meets one if edge · d ≥ 0 for
-    /// each edge, and t_max slope · d ≥ start.
+    /// The planes of eight triangles: a ray meets one if edge · d ≥ 0 for each edge, and t_max slope · d ≥
+    /// start.
     struct Planes {
         alignas(32) float edge[3][3][TriangleBlock::lanes];
         alignas(32) float slope[3][TriangleBlock::lanes];
@@ -235,9 +235,9 @@ private:
                 const L v0 = load<child_lanes>(block.vertices[0][k] + lane);
                 const L v1 = load<child_lanes>(block.vertices[1][k] + lane);
                 const L v2 = load<child_lanes>(block.vertices[2][k] + lane);
-                a[k] = fenced(fenced(v0 - origin_.high[k]) - origin_.low[k]);
-                b[k] = fenced(fenced(v1 - origin_.high[k]) - origin_.low[k]);
-                const L c = fenced(fenced(v2 - origin_.high[k]) - origin_.low[k]);
+                a[k] = origin_.relative(v0, k);
+                b[k] = origin_.relative(v1, k);
+                const L c = origin_.relative(v2, k);
                 e0[k] = v1 - v0;
                 e1[k] = v2 - v1;
                 e2[k] = v0 - v2;

@@ -184,7 +184,8 @@ struct SceneTriangle {
 }
 
 /// A ray in scene space with what the triangle test needs: the axis along which it is longest, and
-/// the shear that lays it along that axis (Woop, Benthin & Wald 2013, section 3; they round it to float, we keep double).
+/// the shear that lays it along that axis (Woop, Benthin & Wald 2013, section 3; they round to float,
+/// we keep double).
 class SceneRay {
 public:
     static constexpr double farthest_origin = 0x1p60;

@@ -56,11 +56,10 @@ struct FloatOrigin {
             box_start[1][k] = static_cast<float>(origin[k] - margin);
         }
     }
-    /// Corners relative to the origin, off by 2⁻²³ of themselves and 2⁻⁴⁸ of the origin.
-    [[nodiscard]] NOOK_INLINE ChildLanes corner(const TriangleBlock& block, int i, int k,
-                                                int lane) const
+    /// A coordinate relative to the origin, off by 2⁻²³ of itself and 2⁻⁴⁸ of the origin.
+    [[nodiscard]] NOOK_INLINE ChildLanes relative(const ChildLanes& coordinate, int k) const
     {
-        return fenced(fenced(load<child_lanes>(block.vertices[i][k] + lane) - high[k]) - low[k]);
+        return fenced(fenced(coordinate - high[k]) - low[k]);
     }
 };
 
@@ -145,8 +144,8 @@ public:
                 const L v0 = load<child_lanes>(block.vertices[0][k] + lane);
                 const L v1 = load<child_lanes>(block.vertices[1][k] + lane);
                 const L v2 = load<child_lanes>(block.vertices[2][k] + lane);
-                a[k] = fenced(fenced(v0 - origin_.high[k]) - origin_.low[k]);
-                b[k] = fenced(fenced(v1 - origin_.high[k]) - origin_.low[k]);
+                a[k] = origin_.relative(v0, k);
+                b[k] = origin_.relative(v1, k);
                 e0[k] = v1 - v0;
                 e1[k] = v2 - v1;
                 e2[k] = v0 - v2;
