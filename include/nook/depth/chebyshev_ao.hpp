@@ -376,9 +376,8 @@ Outcome chebyshev_ao_reference(const Depth& depth, const ImageView<Value>& visib
             {ErrorCode::bad_value, "refinements.sample_range", 1, "true only with options.range"}};
     if (visibility.empty()) return {};
     const int width = visibility.width, height = visibility.height;
-    ChebyshevOptions shading = options;
-    if (refinements.sample_range) shading.range.reset();
-    const detail::ChebyshevShade shade{shading, source.step};
+    detail::ChebyshevShade shade{options, source.step};
+    if (refinements.sample_range) shade.range_check = false;
     const detail::ChebyshevWindow window{options, projection};
 
     // Counted apart, so that the tasks share nothing.
