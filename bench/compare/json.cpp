@@ -39,7 +39,7 @@ Json json_of(const std::vector<Mark>& marks)
         entry["what"] = mark.what;
         entry["value"] = mark.measured ? json_of(mark.value) : Json{};
         entry["worst_at"] = mark.where;
-        entry[mark.at_least ? "at_least" : "at_most"] = mark.target;
+        if (mark.target > 0) entry[mark.at_least ? "at_least" : "at_most"] = mark.target;
         if (mark.stretch > 0) entry["stretch"] = mark.stretch;
         entry["slack"] = slack;
         entry["verdict"] = text_of(mark.verdict());

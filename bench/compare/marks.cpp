@@ -13,6 +13,7 @@ const char* text_of(Verdict verdict)
     case Verdict::met: return "met";
     case Verdict::within_slack: return "met within 15 %";
     case Verdict::missed: return "NOT MET";
+    case Verdict::reported: return "reported";
     case Verdict::not_measured: break;
     }
     return "not measured";
@@ -26,6 +27,7 @@ Verdict Mark::verdict() const
         return at_least ? value.median / goal : goal / value.median;
     };
     if (stretch > 0 && margin(stretch) >= 1) return Verdict::stretch;
+    if (target <= 0) return Verdict::reported;
     if (margin(target) >= 1) return Verdict::met;
     return margin(target) * (1 + slack) >= 1 ? Verdict::within_slack : Verdict::missed;
 }
@@ -50,7 +52,8 @@ void print_marks(const std::vector<Mark>& marks, bool quick)
     for (const Mark& mark : marks) {
         const std::string sign = mark.at_least ? "≥ " : "≤ ";
         rows.push_back({mark.what, mark.measured ? text_of(mark.value) : "-",
-                        mark.where.empty() ? "-" : mark.where, sign + goal(mark.target),
+                        mark.where.empty() ? "-" : mark.where,
+                        mark.target > 0 ? sign + goal(mark.target) : "-",
                         mark.stretch > 0 ? sign + goal(mark.stretch) : "-",
                         text_of(mark.verdict())});
     }

@@ -8,7 +8,7 @@
 /// The goals of the project, and whether they are reached.
 namespace compare {
 
-enum class Verdict { stretch, met, within_slack, missed, not_measured };
+enum class Verdict { stretch, met, within_slack, missed, reported, not_measured };
 [[nodiscard]] const char* text_of(Verdict verdict);
 
 /// Noise that a mark forgives.
@@ -18,8 +18,8 @@ inline constexpr double slack = 0.15;
 struct Mark {
     std::string what;
     bool at_least = false;  ///< the value should be large; otherwise small
-    double target = 0;
-    double stretch = 0;  ///< a better goal; 0: none
+    double target = 0;      ///< 0: none, the value is only reported
+    double stretch = 0;     ///< a better goal; 0: none
     bool measured = false;
     Summary value{};
     std::string where{};  ///< the worst case, which is the one that counts

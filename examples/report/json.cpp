@@ -21,6 +21,8 @@ void append_results(Json& results, const SceneReport::Row& row)
     for (const Timing& timing : row.timings) {
         Json error = metrics(row.error);
         error["ssim"] = row.ssim;
+        error["height_field"] = metrics(row.height_field);
+        if (row.exact) error["own_formula"] = metrics(*row.exact);
         Json entry;
         entry["kernel"] = row.kernel;
         entry["parameters"] = row.parameters;
@@ -64,6 +66,10 @@ Json json_of(const std::vector<SceneReport>& scenes, const std::vector<stability
                               {"build_seconds", scene.build_seconds},
                               {"rays_traced", scene.rays_traced},
                               {"rays_skipped", scene.rays_skipped}};
+        entry["height_field"] = {{"slices", scene.slices},
+                                 {"row_step", scene.height_field_step},
+                                 {"seconds", scene.height_field_seconds},
+                                 {"error", metrics(scene.unknown)}};
         entry["results"] = Json::array();
         for (const SceneReport::Row& row : scene.rows) append_results(entry["results"], row);
         entry["range_checks"] = metrics(scene.range_checks);

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <limits>
-#include <memory>
 
 #include <nook/measure/ssim.hpp>
 #include <nook/work_map.hpp>
@@ -15,68 +12,6 @@
 namespace report {
 
 namespace {
-
-/// Samples that a form of k² per pixel may read on one view: a second or two.
-constexpr double sample_budget = 1e9;
-
-std::string digits(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
-Kernel chebyshev(const View& view, const char* name, const std::string& brief,
-                 const nook::ChebyshevOptions& options)
-{
-    Kernel kernel;
-    kernel.name = name;
-    kernel.brief = brief;
-    if (options.radius > 0) {
-        kernel.parameters["radius"] = options.radius;
-        kernel.parameters["max_window"] = options.max_window;
-    } else {
-        kernel.parameters["window"] = options.window;
-    }
-    if (options.range) kernel.parameters["range"] = *options.range;
-    kernel.parameters["bias"] = "automatic";
-    kernel.parameters["border"] = "symmetric";
-    kernel.run = [&view, options](const nook::ImageView<float>& visibility,
-                                  nook::HeapScratch& scratch, nook::ThreadExecutor& threads) {
-        return nook::chebyshev_ao(view.depth.view(), visibility, options, view.projection, {},
-                                  scratch, threads);
-    };
-    return kernel;
-}
-
-/// The exact range check reads k² samples per pixel: over every n-th row if need be.
-Kernel exact_range(const View& view, const nook::ChebyshevOptions& options,
-                   const std::string& brief)
-{
-    Kernel kernel = chebyshev(view, "chebyshev-range-exact", brief, options);
-    kernel.slow = true;
-    const double surface = double(view.width()) * view.height() - double(view.background);
-    const double samples = surface * options.window * options.window;
-    const int most = (std::max)(view.height() / 4, 1);
-    kernel.row_step =
-        static_cast<int>(std::clamp(std::ceil(samples / sample_budget), 1.0, double(most)));
-    kernel.parameters["range_check"] = "per pair of samples";
-    if (kernel.row_step > 1) {
-        kernel.parameters["rows"] = "1 in " + std::to_string(kernel.row_step);
-        kernel.brief += ", 1 row in " + std::to_string(kernel.row_step);
-    }
-    auto active = std::make_shared<nook::Image<std::uint8_t>>(nook::WorkMap::groups(view.width()),
-                                                              view.height());
-    for (int y = 0; y < active->height(); ++y)
-        for (int x = 0; x < active->width(); ++x) (*active)(x, y) = kernel.computes(y) ? 1 : 0;
-    kernel.run = [&view, options, active](const nook::ImageView<float>& visibility,
-                                          nook::HeapScratch&, nook::ThreadExecutor& threads) {
-        return nook::chebyshev_ao_reference(view.depth.view(), visibility, options,
-                                            {.sample_range = true, .paired = true}, view.projection,
-                                            {active->view(), false}, threads);
-    };
-    return kernel;
-}
 
 double run_once(const Kernel& kernel, nook::Image<float>& visibility, nook::HeapScratch& scratch,
                 nook::ThreadExecutor& threads, nook::Work& work)
@@ -113,31 +48,43 @@ void measure_error(const View& view, const Reference& reference, Result& result)
         nook::ssim(result.visibility.view(), reference.visibility.view(), result.counted.view());
     if (!similarity) throw support::Failure{"ssim: " + text_of(similarity.error)};
     result.ssim = similarity.value;
+    nook::Image<std::uint8_t> both = result.counted;
+    for (int y = 0; y < view.height(); ++y)
+        if (!reference.computes_height_field(y))
+            for (int x = 0; x < view.width(); ++x) both(x, y) = 0;
+    checked(nook::error_metrics(result.visibility.view(), reference.height_field.view(),
+                                result.height_field, both.view()),
+            "error_metrics");
+}
+
+/// How far the kernel is from its own formula.
+void measure_exactness(const View& view, nook::ThreadExecutor& threads, Result& result)
+{
+    const Kernel& kernel = result.kernel;
+    if (!kernel.exact) return;
+    nook::Image<std::uint8_t> rows{nook::WorkMap::groups(view.width()), view.height()};
+    nook::Image<std::uint8_t> counted = result.counted;
+    for (int y = 0; y < view.height(); ++y) {
+        for (int x = 0; x < rows.width(); ++x) rows(x, y) = kernel.computes_exactly(y) ? 1 : 0;
+        if (!kernel.computes_exactly(y))
+            for (int x = 0; x < view.width(); ++x) counted(x, y) = 0;
+    }
+    nook::Image<float> exact{view.width(), view.height()};
+    checked(kernel.exact(exact.view(), {rows.view(), false}, threads), kernel.name.c_str());
+    result.exact.emplace();
+    checked(
+        nook::error_metrics(result.visibility.view(), exact.view(), *result.exact, counted.view()),
+        "error_metrics");
 }
 
 }  // namespace
 
 std::vector<Kernel> kernels_for(const View& view, double radius)
 {
-    nook::ChebyshevOptions fixed;
-    fixed.window = default_window(view, radius);
-    nook::ChebyshevOptions scaled;
-    scaled.radius = radius;
-    scaled.max_window = largest_window;
-    // The ranges of the least error over the built-in scenes.
-    nook::ChebyshevOptions ranged = fixed, paired = fixed;
-    constexpr double most = (std::numeric_limits<double>::max)();
-    ranged.range = (std::min)(1.5 * radius, most);
-    paired.range = (std::min)(2 * radius, most);
-
-    const std::string window = "window " + std::to_string(fixed.window);
-    const auto range = [&](const nook::ChebyshevOptions& options) {
-        return window + ", range " + digits(*options.range);
-    };
-    return {chebyshev(view, "chebyshev-window", window, fixed),
-            chebyshev(view, "chebyshev-radius", "radius " + digits(radius), scaled),
-            chebyshev(view, "chebyshev-range", range(ranged), ranged),
-            exact_range(view, paired, range(paired))};
+    std::vector<Kernel> kernels;
+    add_depth_kernels(view, radius, kernels);
+    add_surface_kernels(view, radius, kernels);
+    return kernels;
 }
 
 std::vector<Result> measure(const View& view, const Reference& reference,
@@ -182,7 +129,10 @@ std::vector<Result> measure(const View& view, const Reference& reference,
             results[i].timings.push_back(summary({time}, threads.concurrency()));
         }
     progress.step("measuring the errors");
-    for (Result& result : results) measure_error(view, reference, result);
+    for (Result& result : results) {
+        measure_error(view, reference, result);
+        measure_exactness(view, threads, result);
+    }
     return results;
 }
 

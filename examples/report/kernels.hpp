@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,13 +26,24 @@ struct Kernel {
     std::function<nook::Outcome(const nook::ImageView<float>& visibility,
                                 nook::HeapScratch& scratch, nook::ThreadExecutor& threads)>
         run;
+    /// The kernel's own formula, pixel by pixel in double; empty when there is none, or when the kernel
+    /// is that. Computes one row in `exact_step`, those of `computes_exactly`.
+    std::function<nook::Outcome(const nook::ImageView<float>& visibility, const nook::WorkMap& rows,
+                                nook::ThreadExecutor& threads)>
+        exact;
+    int exact_step = 1;
     /// Rows that it computes: one in `row_step`; the others come out as 1 and do not count.
     int row_step = 1;
     /// A slow reference form: timed once, with all threads.
     bool slow = false;
 
     [[nodiscard]] bool computes(int y) const { return y % row_step == row_step / 2; }
+    [[nodiscard]] bool computes_exactly(int y) const { return y % exact_step == exact_step / 2; }
 };
+
+/// Kernels from depth alone, and from depth and normals.
+void add_depth_kernels(const View& view, double radius, std::vector<Kernel>& kernels);
+void add_surface_kernels(const View& view, double radius, std::vector<Kernel>& kernels);
 
 /// Everything that is compared on this view. They refer to it and to nothing else.
 [[nodiscard]] std::vector<Kernel> kernels_for(const View& view, double radius);
@@ -48,8 +60,11 @@ struct Result {
     nook::Image<float> visibility;
     nook::Image<std::uint8_t> counted;  ///< pixels that are measured
     std::vector<Timing> timings;
-    nook::ErrorMetrics error;
+    nook::ErrorMetrics error;  ///< against the traced reference
     double ssim = 1;
+    nook::ErrorMetrics height_field;  ///< against the height field
+    /// Against the kernel's own exact form, where it has one.
+    std::optional<nook::ErrorMetrics> exact;
     nook::Work work;
 };
 

@@ -135,11 +135,15 @@ SceneReport run(const Subject& subject, const Options& options, nook::ThreadExec
     summary.standard_error = reference.standard_error;
     summary.rays_traced = reference.rays_traced;
     summary.rays_skipped = reference.rays_skipped;
+    summary.slices = reference.slices;
+    summary.height_field_step = reference.height_field_step;
+    summary.height_field_seconds = reference.height_field_seconds;
+    summary.unknown = reference.unknown;
     const Result *separable = nullptr, *exact = nullptr;
     for (const Result& result : results) {
         summary.rows.push_back({result.kernel.name, result.kernel.brief, result.kernel.parameters,
                                 result.timings, result.kernel.row_step, result.error, result.ssim,
-                                result.work});
+                                result.height_field, result.exact, result.work});
         if (result.kernel.name == "chebyshev-range") separable = &result;
         if (result.kernel.name == "chebyshev-range-exact") exact = &result;
     }

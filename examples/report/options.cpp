@@ -146,10 +146,11 @@ bool read_options(int argc, const char* const* argv, Options& options)
                  "Orthographic view that shows as much at the target");
     app.add_option("--radius", radius,
                    "How far occlusion reaches, in world units\n"
-                   "[5 % of the scene's diagonal; terrain 60]. The default window is its\n"
-                   "projection to both sides at the scene's median depth: odd, at most " +
+                   "[5 % of the scene's diagonal; terrain 60, curtain 25, arcade 2; temple, city\n"
+                   "and corridor 0.3]. The default window is its projection to both sides at the\n"
+                   "scene's median depth: odd, at most " +
                        std::to_string(largest_window) +
-                       "\npixels. The same maximum holds for windows that follow 1/depth")
+                       " pixels. The same maximum holds for\nwindows that follow 1/depth")
         ->type_name("R");
     app.add_option("--rays", rays,
                    "Directions per pixel of the reference, from 2; rounded up to an even number")

@@ -25,6 +25,9 @@ struct SceneReport {
     int rays = 0;
     double radius = 0, reference_seconds = 0, build_seconds = 0, standard_error = 0;
     std::uint64_t rays_traced = 0, rays_skipped = 0;
+    int slices = 0, height_field_step = 1;
+    double height_field_seconds = 0;
+    nook::ErrorMetrics unknown;  ///< the height field against the traced reference
 
     struct Row {
         std::string kernel, brief;
@@ -33,6 +36,8 @@ struct SceneReport {
         int row_step = 1;
         nook::ErrorMetrics error;
         double ssim = 1;
+        nook::ErrorMetrics height_field;
+        std::optional<nook::ErrorMetrics> exact;
         nook::Work work;
     };
     std::vector<Row> rows;

@@ -146,6 +146,15 @@ void write_pictures(const std::filesystem::path& folder, const scenes::Scene& sc
     support::write_pfm(folder / "reference.pfm", reference.visibility.view());
     support::write_png(folder / "reference-composed.png",
                        shaded(scene, view, reference.visibility.view()));
+    Result height_field;
+    height_field.kernel.name = "height-field";
+    height_field.kernel.row_step = reference.height_field_step;
+    height_field.visibility = reference.height_field;
+    height_field.counted = view.surface;
+    height_field.error = reference.unknown;
+    support::write_png(folder / "height-field.png", grey(filled(height_field).view()));
+    support::write_png(folder / "height-field-error.png",
+                       error_picture(view, reference, height_field));
     for (const Result& result : results) {
         const nook::Image<float> visibility = filled(result);
         const std::string& name = result.kernel.name;

@@ -21,7 +21,7 @@ namespace report {
                                       const nook::ImageView<const float>& visibility = {});
 
 /// Writes into the folder: shaded.png, depth.png, depth.pfm, normals.png, reference.png,
-/// reference.pfm, reference-composed.png, and for each kernel NAME.png (visibility),
+/// reference.pfm, reference-composed.png, height-field.png, height-field-error.png, and for each kernel NAME.png (visibility),
 /// NAME-composed.png and NAME-error.png. Rows that a kernel left out repeat the nearest one.
 void write_pictures(const std::filesystem::path& folder, const scenes::Scene& scene,
                     const View& view, const Reference& reference,

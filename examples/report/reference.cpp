@@ -1,11 +1,14 @@
 #include "reference.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 
 #include <nook/measure/error.hpp>
 #include <nook/scene/bvh.hpp>
 #include <nook/scene/traced_ao.hpp>
+#include <nook/surface/height_field_ao.hpp>
 
 #include "checked.hpp"
 
@@ -32,6 +35,40 @@ struct Watched {
         });
     }
 };
+
+/// Rays of the view that the height field may walk on one view: a second or two.
+constexpr double walk_budget = 1.5e8;
+
+void trace_height_field(const View& view, nook::ThreadExecutor& threads, Progress& progress,
+                        Reference& reference)
+{
+    const int width = view.width(), height = view.height();
+    const double pixels = nook::pixels_per_length(view.projection, reference.radius, view.median).y;
+    const double walk = 2.0 * reference.slices * std::clamp(pixels, 1.0, double(width));
+    const double surfaces = double(width) * height - double(view.background);
+    const int most = (std::max)(height / 4, 1);
+    reference.height_field_step =
+        static_cast<int>(std::clamp(std::ceil(surfaces * walk / walk_budget), 1.0, double(most)));
+    nook::Image<std::uint8_t> rows{nook::WorkMap::groups(width), height};
+    nook::Image<std::uint8_t> counted = view.surface;
+    for (int y = 0; y < height; ++y) {
+        const bool computed = reference.computes_height_field(y);
+        for (int x = 0; x < rows.width(); ++x) rows(x, y) = computed ? 1 : 0;
+        if (!computed)
+            for (int x = 0; x < width; ++x) counted(x, y) = 0;
+    }
+    reference.height_field = {width, height};
+    nook::HeightFieldOptions options;
+    options.radius = reference.radius;
+    options.slices = reference.slices;
+    checked(nook::height_field_ao(view.depth.view(), view.normal(), reference.height_field.view(),
+                                  options, view.projection, {rows.view(), false},
+                                  nook::HeapScratch{}, Watched{threads, progress, 0, 1}),
+            "height_field_ao");
+    checked(nook::error_metrics(reference.height_field.view(), reference.visibility.view(),
+                                reference.unknown, counted.view()),
+            "error_metrics");
+}
 
 }  // namespace
 
@@ -81,6 +118,11 @@ Reference trace(const scenes::Scene& scene, const View& view, double radius, int
     for (int y = 0; y < view.height(); ++y)
         for (int x = 0; x < view.width(); ++x)
             reference.visibility(x, y) = (reference.visibility(x, y) + other(x, y)) / 2;
+
+    progress.step("the depth buffer as the only geometry");
+    start = Clock::now();
+    trace_height_field(view, threads, progress, reference);
+    reference.height_field_seconds = seconds_since(start);
     return reference;
 }
 

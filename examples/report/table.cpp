@@ -41,7 +41,10 @@ void print_table(std::ostream& out, const std::vector<SceneReport>& scenes)
             out << line(", %.0f %% of rays skipped",
                         100 * double(scene.rays_skipped) /
                             (double(scene.rays_skipped) + double(scene.rays_traced)));
-        out << '\n';
+        out << line(
+            "\n  the depth buffer as the only geometry: %d slices, 1 row in %d, %.2f s, RMSE %.4f "
+            "against the reference\n",
+            scene.slices, scene.height_field_step, scene.height_field_seconds, scene.unknown.rmse);
 
         std::size_t briefs = 10;
         std::vector<int> threads;
@@ -54,12 +57,14 @@ void print_table(std::ostream& out, const std::vector<SceneReport>& scenes)
         out << line("  %-22s %-*s", "kernel", int(briefs), "parameters");
         for (const int count : threads)
             out << line(" %9s", ("ms, " + std::to_string(count) + " th").c_str());
-        out << "    RMSE     MAE     bias     p99     max    SSIM\n";
+        out << "    RMSE     MAE     bias     p99     max    SSIM   depth      own\n";
         for (const SceneReport::Row& row : scene.rows) {
             out << line("  %-22s %-*s", row.kernel.c_str(), int(briefs), row.brief.c_str());
             for (const int count : threads) out << line(" %9s", milliseconds(row, count).c_str());
-            out << line(" %7.4f %7.4f %+8.4f %7.4f %7.4f %7.4f\n", row.error.rmse, row.error.mae,
+            out << line(" %7.4f %7.4f %+8.4f %7.4f %7.4f %7.4f", row.error.rmse, row.error.mae,
                         row.error.bias, row.error.p99, row.error.maximum, row.ssim);
+            out << line(" %7.4f", row.height_field.rmse);
+            out << (row.exact ? line(" %8.1e\n", row.exact->rmse) : "\n");
         }
         out << line(
             "  the two range checks differ by RMS %.4f, p99 %.4f, at most %.4f, over %llu "

@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -30,32 +29,12 @@ constexpr support::Rgb stone{0.68f, 0.63f, 0.54f}, plaster{0.76f, 0.72f, 0.64f},
     marble{0.74f, 0.72f, 0.68f}, dark_tile{0.40f, 0.27f, 0.22f}, pale_tile{0.66f, 0.60f, 0.50f},
     paving{0.56f, 0.54f, 0.50f}, oak{0.34f, 0.22f, 0.13f}, brass{0.55f, 0.42f, 0.20f};
 
-struct ProfilePoint {
-    double radius, height;
-};
-
-/// A surface of revolution about a vertical axis; the profile runs from the top down.
-void turned(Builder& builder, const glm::dvec3& foot, std::span<const ProfilePoint> profile,
-            int segments, const support::Rgb& colour)
-{
-    const int rows = static_cast<int>(profile.size()) - 1;
-    builder.surface(
-        {segments, rows, true, false},
-        [&](double u, double v) {
-            const ProfilePoint& at = profile[static_cast<std::size_t>(std::lround(v * rows))];
-            const double angle = -2 * pi * u;
-            return foot +
-                   glm::dvec3{at.radius * std::cos(angle), at.height, at.radius * std::sin(angle)};
-        },
-        [&](double, double) { return colour; });
-}
-
 /// A column on a square plinth: base of two rolls, swelling shaft, bell, abacus.
 void add_column(Builder& builder, const glm::dvec3& foot)
 {
     constexpr double radius = 0.20, plinth = 0.12, abacus = 0.12;
     constexpr double shaft_foot = 0.34, shaft_top = springing - 0.46;
-    std::vector<ProfilePoint> profile;
+    std::vector<glm::dvec2> profile;  // from the top down
     const auto roll = [&](double middle, double out, double size) {
         for (int i = 0; i <= 6; ++i) {
             const double angle = pi / 2 - pi * i / 6;
@@ -76,113 +55,126 @@ void add_column(Builder& builder, const glm::dvec3& foot)
     roll(shaft_foot - 0.035, radius + 0.005, 0.033);
     roll(plinth + 0.075, radius + 0.035, 0.05);
     profile.push_back({radius + 0.035, plinth});
-    turned(builder, foot, profile, 48, marble);
+    std::reverse(profile.begin(), profile.end());
+    builder.turned(foot, profile, 48, marble);
     builder.box(foot + glm::dvec3{0, plinth / 2, 0}, {0.31, plinth / 2, 0.31}, marble);
     builder.box(foot + glm::dvec3{0, springing - abacus / 2, 0}, {0.33, abacus / 2, 0.30}, marble);
 }
 
-/// A wall with a round-headed opening, as wide as a bay, facing +z.
+/// A wall of several bays about x = 0 with a round-headed opening in each.
 struct ArchedWall {
-    double centre, front, back;  ///< x of the middle; z of both faces
-    double radius, springing;    ///< of the opening
-    double base, top;            ///< base: where the wall beside the opening starts
+    int bays;
+    double front, back;        ///< z of both faces
+    double radius, springing;  ///< of the openings
+    double base, top;          ///< base: where the piers start, at the springing or below
 };
 
 void add_arched_wall(Builder& builder, const ArchedWall& wall, const support::Rgb& colour)
 {
     constexpr int segments = 40;
-    const auto plain = [&](double, double) { return colour; };
-    const auto flat = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
-                          const glm::dvec3& d) {
-        builder.quad(builder.vertex(a), builder.vertex(b), builder.vertex(c), builder.vertex(d),
-                     colour);
+    const double end = wall.bays * pitch / 2;
+    // Along the foot, over each opening, and back along the top.
+    std::vector<glm::dvec2> outline{{-end, wall.base}};
+    const auto pier = [&](double x) {
+        if (wall.base < wall.springing) outline.emplace_back(x, wall.base);
     };
-    const double half = pitch / 2, z0 = wall.front, z1 = wall.back;
-    // From the right springing over the crown to the left one.
-    const auto arch = [&](double u, double z) {
-        return glm::dvec3{wall.centre + wall.radius * std::cos(pi * u),
-                          wall.springing + wall.radius * std::sin(pi * u), z};
-    };
-    const auto face = [&](double z, bool front) {
-        builder.surface(
-            {segments, 1, false, false},
-            [&](double u, double v) {
-                glm::dvec3 point = arch(front ? 1 - u : u, z);
-                if (v > 0.5) point.y = wall.top;
-                return point;
-            },
-            plain);
-        for (const double side : {-1.0, 1.0}) {
-            const double x0 = wall.centre + side * (side < 0 ? half : wall.radius);
-            const double x1 = wall.centre + side * (side < 0 ? wall.radius : half);
-            const glm::dvec3 a{x0, wall.base, z}, b{x1, wall.base, z}, c{x1, wall.top, z},
-                d{x0, wall.top, z};
-            if (front) flat(a, b, c, d);
-            else flat(b, a, d, c);
+    for (int bay = 0; bay < wall.bays; ++bay) {
+        const double centre = (bay + 0.5) * pitch - end;
+        pier(centre - wall.radius);
+        for (int i = 0; i <= segments; ++i) {
+            const double angle = pi * (1 - double(i) / segments);
+            outline.emplace_back(centre + wall.radius * std::cos(angle),
+                                 wall.springing + wall.radius * std::sin(angle));
         }
-    };
-    face(z0, true);
-    face(z1, false);
-    builder.surface(
-        {segments, 1, false, false}, [&](double u, double v) { return arch(u, v > 0.5 ? z1 : z0); },
-        plain);
-    for (const double side : {-1.0, 1.0}) {
-        const double inner = wall.centre + side * wall.radius, outer = wall.centre + side * half;
-        const double left = (std::min)(inner, outer), right = (std::max)(inner, outer);
-        flat({left, wall.base, z1}, {right, wall.base, z1}, {right, wall.base, z0},
-             {left, wall.base, z0});
-        // The jamb, from the springing down.
-        if (wall.base == wall.springing) continue;
-        const double from = side < 0 ? z0 : z1, to = side < 0 ? z1 : z0;
-        flat({inner, wall.base, from}, {inner, wall.base, to}, {inner, wall.springing, to},
-             {inner, wall.springing, from});
+        pier(centre + wall.radius);
     }
+    outline.insert(outline.end(), {{end, wall.base}, {end, wall.top}, {-end, wall.top}});
+    builder.prism(outline, {0, 0, wall.back}, {1, 0, 0}, {0, 1, 0}, {0, 0, wall.front - wall.back},
+                  colour);
 }
 
 /// A bar of rectangular section bent over half an ellipse from `centre` − `across` to + `across`:
-/// `out` beyond the ellipse, `in` within, `half_width` to both sides along `along`.
+/// `out` beyond the ellipse, `in` within, `half_width` to both sides of it.
 struct Moulding {
-    glm::dvec3 centre, across, along;
+    glm::dvec3 centre, across;
     double rise, out, in, half_width;
 };
 
 void add_moulding(Builder& builder, const Moulding& arch, const support::Rgb& colour)
 {
     constexpr double corners[4][2] = {{1, -1}, {1, 1}, {-1, 1}, {-1, -1}};
+    constexpr int segments = 40;
     const double span = glm::length(arch.across);
-    const glm::dvec3 side = arch.across / span;
-    builder.surface(
-        {4, 40, true, false},
-        [&](double u, double v) {
-            const auto& corner = corners[std::lround(4 * u) % 4];
+    const glm::dvec3 side = arch.across / span, aside = glm::cross(glm::dvec3{0, 1, 0}, side);
+    builder.loft(
+        4, segments + 1,
+        [&](int i, int j) {
+            const auto& corner = corners[i];
             const double more = corner[0] > 0 ? arch.out : -arch.in;
-            const double angle = pi * v;
+            const double angle = pi * j / segments;
             return arch.centre + side * ((span + more) * std::cos(angle)) +
                    glm::dvec3{0, (arch.rise + more) * std::sin(angle), 0} +
-                   arch.along * (corner[1] * arch.half_width);
+                   aside * (corner[1] * arch.half_width);
         },
-        [&](double, double) { return colour; });
+        colour);
+}
+
+/// A closed block with a sheet for a face: point(i, j), i = 0 … columns, j = 0 … rows, as seen from
+/// outside. The other faces are flat: upright from the edges of the sheet to `level`, and level
+/// there. colour(i, j) is that of a quad; their diagonals run towards the middle of the sheet.
+template <class Point, class Colour>
+void add_faced_block(Builder& builder, int columns, int rows, double level, Point&& point,
+                     Colour&& colour, const support::Rgb& rest)
+{
+    std::vector<std::uint32_t> sheet;
+    for (int j = 0; j <= rows; ++j)
+        for (int i = 0; i <= columns; ++i) sheet.push_back(builder.vertex(point(i, j)));
+    const auto at = [&](int i, int j) {
+        return sheet[static_cast<std::size_t>(j * (columns + 1) + i)];
+    };
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i < columns; ++i) {
+            const std::uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1),
+                                d = at(i, j + 1);
+            if ((2 * i < columns) == (2 * j < rows)) builder.quad(a, b, c, d, colour(i, j));
+            else builder.quad(b, c, d, a, colour(i, j));
+        }
+    // Once around, along the edges of the sheet.
+    std::vector<std::uint32_t> edge, foot;
+    glm::dvec3 middle{0, level, 0};
+    const int around = 2 * (columns + rows);
+    const auto add = [&](int i, int j) {
+        glm::dvec3 place = point(i, j);
+        place.y = level;
+        edge.push_back(at(i, j));
+        foot.push_back(builder.vertex(place));
+        middle += glm::dvec3{place.x, 0, place.z} / double(around);
+    };
+    for (int i = 0; i < columns; ++i) add(i, 0);
+    for (int j = 0; j < rows; ++j) add(columns, j);
+    for (int i = columns; i > 0; --i) add(i, rows);
+    for (int j = rows; j > 0; --j) add(0, j);
+    const std::uint32_t hub = builder.vertex(middle);
+    for (std::size_t i = 0; i < edge.size(); ++i) {
+        const std::size_t next = (i + 1) % edge.size();
+        builder.quad(edge[next], edge[i], foot[i], foot[next], rest);
+        builder.triangle(hub, foot[next], foot[i], rest);
+    }
 }
 
 /// A groin vault over the bay around (x, z): two barrels of equal rise that cross.
 void add_vault(Builder& builder, double x, double z)
 {
-    const double half_x = pitch / 2, half_z = depth / 2;
-    // Quarter by quarter, so that the groins run along the diagonals of quads.
-    for (const double side_x : {-1.0, 1.0})
-        for (const double side_z : {-1.0, 1.0}) {
-            const bool mirrored = side_x * side_z > 0;
-            builder.surface(
-                {12, 12, false, false},
-                [&](double u, double v) {
-                    if (mirrored) std::swap(u, v);
-                    const double height = (std::max)(std::cos(pi / 2 * u), std::cos(pi / 2 * v));
-                    return glm::dvec3{x + side_x * half_x * std::sin(pi / 2 * u),
-                                      springing + rise * height,
-                                      z + side_z * half_z * std::sin(pi / 2 * v)};
-                },
-                [](double, double) { return plaster; });
-        }
+    constexpr int half = 12;  // quads from the middle to an edge; the groins are their diagonals
+    add_faced_block(
+        builder, 2 * half, 2 * half, springing + rise + 0.2,
+        [&](int i, int j) {
+            const double u = pi / 2 * (i - half) / half, v = pi / 2 * (j - half) / half;
+            return glm::dvec3{x + pitch / 2 * std::sin(u),
+                              springing + rise * (std::max)(std::cos(u), std::cos(v)),
+                              z + depth / 2 * std::sin(v)};
+        },
+        [](int, int) { return plaster; }, plaster);
 }
 
 /// A curtain in the plane z = const: it hangs from `top` down to `hem`.
@@ -212,10 +204,10 @@ void add_drapery(Builder& builder, const Drapery& cloth)
     // Along the front and back again, so that the cloth is closed; the first and last row close its
     // top and hem.
     builder.surface(
-        {2 * across, rows + 2, true, false},
+        {rows + 2, 2 * across, false, true},
         [&](double u, double v) {
-            const auto column = static_cast<int>(std::lround(u * 2 * across));
-            const auto row = static_cast<int>(std::lround(v * (rows + 2)));
+            const auto column = static_cast<int>(std::lround(v * 2 * across));
+            const auto row = static_cast<int>(std::lround(u * (rows + 2)));
             const bool front = column <= across;
             const double s = double(front ? column : 2 * across - column) / across;
             const double down = std::clamp((row - 1.0) / rows, 0.0, 1.0);
@@ -252,48 +244,37 @@ Scene arcade(const ArcadeOptions& options)
     builder.box({0, court * 0.75, 0.85}, {end, -court / 4, 0.35}, stone);
     builder.box({0, -0.03, 0.65}, {end, 0.03, 0.15}, stone);
     const int tiles = 6 * bays;
-    builder.surface(
-        {tiles, 8, false, false},
-        [&](double u, double v) {
-            return glm::dvec3{std::lerp(-end, end, u), 0, std::lerp(0.5, wall_z, v)};
+    add_faced_block(
+        builder, tiles, 8, -0.05,
+        [&](int i, int j) {
+            return glm::dvec3{std::lerp(-end, end, double(i) / tiles), 0,
+                              std::lerp(0.5, wall_z, j / 8.0)};
         },
-        [&](double u, double v) {
-            const int parity = static_cast<int>(u * tiles) + static_cast<int>(v * 8);
-            return parity % 2 == 0 ? pale_tile : dark_tile;
-        });
+        [](int i, int j) { return (i + j) % 2 == 0 ? pale_tile : dark_tile; }, stone);
 
     // Column, rib and pilaster between the bays.
     for (int i = 0; i <= bays; ++i) {
         const double x = i * pitch - half;
         add_column(builder, {x, 0, 0});
-        add_moulding(builder,
-                     {{x, springing, vault_z}, {0, 0, depth / 2}, {1, 0, 0}, rise, 0.02, 0.14, rib},
+        add_moulding(builder, {{x, springing, vault_z}, {0, 0, depth / 2}, rise, 0.02, 0.14, rib},
                      stone);
         builder.box({x, springing / 2, wall_z + 0.06}, {0.24, springing / 2, 0.10}, stone);
         builder.box({x, 0.1, wall_z + 0.08}, {0.30, 0.1, 0.14}, stone);
         builder.box({x, springing - 0.07, wall_z + 0.08}, {0.30, 0.07, 0.14}, stone);
     }
-    // Bays: the arch to the courtyard, the vault, the wall with a niche.
+    // Arches to the courtyard, a wall with niches, vaults between.
+    add_arched_wall(
+        builder, {bays, thickness / 2, -thickness / 2, arch_radius, springing, springing, wall_top},
+        plaster);
+    add_arched_wall(builder, {bays, wall_z, wall_z - 0.4, 0.62, 1.75, 0, wall_top}, plaster);
     for (int i = 0; i < bays; ++i) {
         const double x = (i + 0.5) * pitch - half;
-        add_arched_wall(
-            builder,
-            {x, thickness / 2, -thickness / 2, arch_radius, springing, springing, wall_top},
-            plaster);
         for (const double face : {thickness / 2, -thickness / 2})
             add_moulding(builder,
-                         {{x, springing, face},
-                          {arch_radius, 0, 0},
-                          {0, 0, 1},
-                          arch_radius,
-                          0.2,
-                          0.0,
-                          0.035},
+                         {{x, springing, face}, {arch_radius, 0, 0}, arch_radius, 0.2, 0.0, 0.035},
                          stone);
         add_vault(builder, x, vault_z);
-        add_arched_wall(builder, {x, wall_z, wall_z - 0.4, 0.62, 1.75, 0, wall_top}, plaster);
-        add_moulding(builder, {{x, 1.75, wall_z}, {0.62, 0, 0}, {0, 0, 1}, 0.62, 0.14, 0.0, 0.04},
-                     stone);
+        add_moulding(builder, {{x, 1.75, wall_z}, {0.62, 0, 0}, 0.62, 0.14, 0.0, 0.04}, stone);
         builder.box({x, 1.2, wall_z - 0.4}, {0.7, 1.2, 0.05}, i % 2 == 0 ? oak : plaster);
         if (i % 2 == 0) continue;
         builder.box({x, 0.42, wall_z + 0.26}, {0.95, 0.05, 0.24}, stone);

@@ -9,22 +9,18 @@ namespace scenes {
 
 namespace {
 
-struct ProfilePoint {
-    double radius, height;
-};
-
-/// The section of a bowl of radius 1 from the middle of its underside, round the foot and the rim, to the middle
-/// of the inside.
-std::vector<ProfilePoint> section(double thickness)
+/// The section of a bowl of radius 1 from the middle of its underside, round the foot and the rim, to
+/// the middle of the inside: radius and height.
+std::vector<glm::dvec2> section(double thickness)
 {
     constexpr double quarter = std::numbers::pi / 2;
     constexpr double rim_height = 0.92, outer_depth = 0.85, foot_radius = 0.42;
-    std::vector<ProfilePoint> points{{0, 0.075},
-                                     {foot_radius - 0.075, 0.075},
-                                     {foot_radius - 0.065, 0.01},
-                                     {foot_radius - 0.055, 0},
-                                     {foot_radius - 0.01, 0},
-                                     {foot_radius, 0.01}};
+    std::vector<glm::dvec2> points{{0, 0.075},
+                                   {foot_radius - 0.075, 0.075},
+                                   {foot_radius - 0.065, 0.01},
+                                   {foot_radius - 0.055, 0},
+                                   {foot_radius - 0.01, 0},
+                                   {foot_radius, 0.01}};
     // The outer wall: a quarter of an ellipse, from where the foot meets it up to the rim.
     const double foot_angle = std::acos(foot_radius);
     constexpr int outer = 26, rim = 8, inner = 34;
@@ -60,19 +56,9 @@ Scene bowl(const BowlOptions& options)
     for (const double x : {-3.8, 3.8})
         for (const double z : {-3.2, 3.2}) builder.box({x, -1.02, z}, {0.14, 0.9, 0.14}, dark_wood);
 
-    const std::vector<ProfilePoint> points = section(options.thickness);
-    const int rows = static_cast<int>(points.size()) - 1;
-    builder.surface(
-        {options.segments, rows, true, false},
-        [&](double u, double v) {
-            const auto& at = points[static_cast<std::size_t>(std::lround(v * rows))];
-            const double angle = 2 * std::numbers::pi * u;
-            return options.radius *
-                   glm::dvec3{at.radius * std::cos(angle), at.height, at.radius * std::sin(angle)};
-        },
-        [](double, double) {
-            return support::Rgb{0.72f, 0.74f, 0.76f};
-        });
+    std::vector<glm::dvec2> points = section(options.thickness);
+    for (glm::dvec2& at : points) at *= options.radius;
+    builder.turned({0, 0, 0}, points, options.segments, {0.72f, 0.74f, 0.76f});
     builder.finish(scene);
     scene.camera.eye = {0.45, 4.5, 2.5};
     scene.camera.target = {0, 0.30, 0.02};

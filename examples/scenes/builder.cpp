@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <glm/geometric.hpp>
 
@@ -76,16 +77,107 @@ void Builder::bar(const glm::dvec3& from, const glm::dvec3& to, double half_widt
 void Builder::pillar(const glm::dvec3& foot, double radius, double height, int segments,
                      const support::Rgb& colour)
 {
-    // Down the axis of the top, over its edge, down the side.
-    const double profile[3][2] = {{0, height}, {radius, height}, {radius, 0}};
-    surface(
-        {segments, 2, true, false},
-        [&](double u, double v) {
-            const auto& at = profile[std::lround(2 * v)];
-            const double angle = -2 * std::numbers::pi * u;
-            return foot + glm::dvec3{at[0] * std::cos(angle), at[1], at[0] * std::sin(angle)};
+    const glm::dvec2 profile[] = {{radius, 0}, {radius, height}};
+    turned(foot, profile, segments, colour);
+}
+
+void Builder::turned(const glm::dvec3& foot, std::span<const glm::dvec2> profile, int segments,
+                     const support::Rgb& colour)
+{
+    loft(
+        segments, static_cast<int>(profile.size()),
+        [&](int i, int j) {
+            const glm::dvec2& at = profile[static_cast<std::size_t>(j)];
+            const double angle = 2 * std::numbers::pi * i / segments;
+            return foot + glm::dvec3{at.x * std::cos(angle), at.y, -at.x * std::sin(angle)};
         },
-        [&](double, double) { return colour; });
+        colour);
+}
+
+void Builder::prism(std::span<const glm::dvec2> outline, const glm::dvec3& origin,
+                    const glm::dvec3& x, const glm::dvec3& y, const glm::dvec3& z,
+                    const support::Rgb& colour)
+{
+    const auto count = static_cast<std::uint32_t>(outline.size());
+    const auto first = static_cast<std::uint32_t>(positions_.size() / 3);
+    for (const double end : {0.0, 1.0})
+        for (const glm::dvec2& at : outline) (void)vertex(origin + x * at.x + y * at.y + z * end);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t next = first + (i + 1) % count;
+        quad(first + i, next, next + count, first + i + count, colour);
+    }
+    // Both ends: cut off one ear after the other.
+    const auto area = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        const glm::dvec2 ab = outline[b] - outline[a], ac = outline[c] - outline[a];
+        return ab.x * ac.y - ab.y * ac.x;
+    };
+    std::vector<std::uint32_t> left(count);
+    std::iota(left.begin(), left.end(), 0u);
+    while (left.size() > 2) {
+        std::size_t ear = 0;
+        for (; ear + 1 < left.size(); ++ear) {
+            const std::uint32_t a = left[(ear + left.size() - 1) % left.size()], b = left[ear],
+                                c = left[ear + 1];
+            bool free = area(a, b, c) > 0;
+            for (const std::uint32_t p : left)
+                free = free && (p == a || p == b || p == c || area(a, b, p) < 0 ||
+                                area(b, c, p) < 0 || area(c, a, p) < 0);
+            if (free) break;
+        }
+        const std::uint32_t a = first + left[(ear + left.size() - 1) % left.size()],
+                            b = first + left[ear], c = first + left[(ear + 1) % left.size()];
+        triangle(c, b, a, colour);
+        triangle(a + count, b + count, c + count, colour);
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
+    }
+}
+
+void Builder::tube(std::span<const glm::dvec3> path, std::span<const double> radii, int sides,
+                   const support::Rgb& colour)
+{
+    const std::size_t count = path.size();
+    // The axes across the path, turned along with it as little as possible.
+    std::vector<glm::dvec3> across(count), beside(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::dvec3 along =
+            glm::normalize(path[i + 1 < count ? i + 1 : i] - path[i > 0 ? i - 1 : i]);
+        const glm::dvec3 axis = i > 0                      ? across[i - 1]
+                                : std::fabs(along.y) > 0.9 ? glm::dvec3{1, 0, 0}
+                                                           : glm::dvec3{0, 1, 0};
+        across[i] = glm::normalize(axis - along * glm::dot(axis, along));
+        beside[i] = glm::cross(along, across[i]);
+    }
+    loft(
+        sides, static_cast<int>(count),
+        [&](int i, int j) {
+            const auto at = static_cast<std::size_t>(j);
+            const double angle = 2 * std::numbers::pi * i / sides;
+            return path[at] +
+                   (across[at] * std::cos(angle) + beside[at] * std::sin(angle)) * radii[at];
+        },
+        colour);
+}
+
+void Builder::chamfered_box(const glm::dvec3& centre, const glm::dvec3& half_size, double bevel,
+                            const support::Rgb& colour, double angle)
+{
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    // Octagons; the outer two shrink to rectangles.
+    loft(
+        8, 4,
+        [&](int i, int j) {
+            const bool outer = j == 0 || j == 3;
+            // Two points per corner: one on the face across x, one on the face across z.
+            const int corner = i / 2;
+            const bool face_x = i % 4 == 0 || i % 4 == 3;
+            const double side_x = corner == 0 || corner == 3 ? 1 : -1;
+            const double side_z = corner < 2 ? -1 : 1;
+            const double cut_x = outer || !face_x ? bevel : 0, cut_z = outer || face_x ? bevel : 0;
+            const double x = side_x * (half_size.x - cut_x), z = side_z * (half_size.z - cut_z);
+            const double y = (j < 2 ? -1 : 1) * (half_size.y - (outer ? 0 : bevel));
+            return centre + glm::dvec3{x * cosine + z * sine, y, z * cosine - x * sine};
+        },
+        colour);
 }
 
 void Builder::finish(Scene& scene)

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene.hpp"
@@ -52,9 +54,33 @@ public:
     template <class Point, class Colour>
     void surface(const Grid& grid, Point&& point, Colour&& colour);
 
-    /// A vertical cylinder with a top, standing on `foot`.
+    /// A closed vertical cylinder, standing on `foot`.
     void pillar(const glm::dvec3& foot, double radius, double height, int segments,
                 const support::Rgb& colour);
+
+    /// A closed solid: rings of `around` points point(i, j), joined one after the other, the first
+    /// and the last closed by a fan about its middle. Each ring turns anticlockwise about the
+    /// direction in which they follow each other. A ring may be a single point.
+    template <class Point>
+    void loft(int around, int rings, Point&& point, const support::Rgb& colour);
+
+    /// A closed solid of revolution about the vertical axis through `foot`: pairs of radius and
+    /// height from the lowest up.
+    void turned(const glm::dvec3& foot, std::span<const glm::dvec2> profile, int segments,
+                const support::Rgb& colour);
+
+    /// A closed prism: an outline in the plane of `x` and `y`, anticlockwise and without crossings,
+    /// moved by `z`. x, y and z form a right-handed frame.
+    void prism(std::span<const glm::dvec2> outline, const glm::dvec3& origin, const glm::dvec3& x,
+               const glm::dvec3& y, const glm::dvec3& z, const support::Rgb& colour);
+
+    /// A closed tube of round section along a path of two points or more, with one radius for each.
+    void tube(std::span<const glm::dvec3> path, std::span<const double> radii, int sides,
+              const support::Rgb& colour);
+
+    /// A box as above with all its edges cut off by `bevel`.
+    void chamfered_box(const glm::dvec3& centre, const glm::dvec3& half_size, double bevel,
+                       const support::Rgb& colour, double angle = 0);
 
     /// Moves the triangles into the scene.
     void finish(Scene& scene);
@@ -81,6 +107,33 @@ void Builder::surface(const Grid& grid, Point&& point, Colour&& colour)
         for (int i = 0; i < grid.columns; ++i)
             quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1),
                  colour((i + 0.5) / grid.columns, (j + 0.5) / grid.rows));
+}
+
+template <class Point>
+void Builder::loft(int around, int rings, Point&& point, const support::Rgb& colour)
+{
+    const auto first = static_cast<std::uint32_t>(positions_.size() / 3);
+    for (int j = 0; j < rings; ++j)
+        for (int i = 0; i < around; ++i) (void)vertex(point(i, j));
+    const auto at = [&](int i, int j) {
+        return first + static_cast<std::uint32_t>(j * around + i % around);
+    };
+    for (int j = 0; j + 1 < rings; ++j)
+        for (int i = 0; i < around; ++i)
+            quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1), colour);
+    for (const int end : {0, rings - 1}) {
+        const glm::dvec3 start = point(0, end);
+        glm::dvec3 middle{0, 0, 0};
+        bool single = true;
+        for (int i = 0; i < around; ++i) {
+            middle += point(i, end) / double(around);
+            single = single && point(i, end) == start;
+        }
+        if (single) continue;
+        const std::uint32_t hub = vertex(middle);
+        for (int i = 0; i < around; ++i)
+            triangle(hub, at(end == 0 ? i + 1 : i, end), at(end == 0 ? i : i + 1, end), colour);
+    }
 }
 
 }  // namespace scenes

@@ -27,6 +27,10 @@ std::span<const Entry> all()
         {"floor", "a flat floor seen at a slant", [] { return floor(); }},
         {"curtain", "a thin curtain that hangs over flat ground", [] { return curtain(); }},
         {"arcade", "a vaulted gallery with columns and curtains", [] { return arcade(); }},
+        {"temple", "a Doric temple of closed stones", [] { return temple(); }},
+        {"city", "a small desert city", [] { return city(); }},
+        {"corridor", "a vaulted corridor, one surface that faces inwards",
+         [] { return corridor(); }},
         {"empty", "nothing but sky", [] { return empty(); }},
     };
     return entries;

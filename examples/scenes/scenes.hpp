@@ -69,6 +69,30 @@ struct ArcadeOptions {
 };
 [[nodiscard]] Scene arcade(const ArcadeOptions& options = {});
 
+/// A Doric temple with its altar and a statue, of about 18 000 triangles. Every stone is a closed
+/// solid that shares no vertex with another.
+struct TempleOptions {
+    int across = 6, along = 7;  ///< columns of the front and of the sides, ≥ 5
+    std::uint64_t seed = 5;
+};
+[[nodiscard]] Scene temple(const TempleOptions& options = {});
+
+/// A small desert city of about 500 000 triangles: mud-brick houses along a market street, a wall
+/// with towers around them, palms, dunes. All are closed solids that share no vertex.
+struct CityOptions {
+    int columns = 5, rows = 12;  ///< of houses, on each side of the street; ≥ 1
+    std::uint64_t seed = 11;
+};
+[[nodiscard]] Scene city(const CityOptions& options = {});
+
+/// A vaulted corridor seen from inside, of about 290 000 triangles: floor, walls, vault and ends
+/// are one closed surface wound towards the room, full of ribs, niches, coffers and pipes.
+struct CorridorOptions {
+    int bays = 10;           ///< of 3 m, ≥ 1
+    double spacing = 0.092;  ///< of grid lines between the edges of the relief, metres, > 0
+};
+[[nodiscard]] Scene corridor(const CorridorOptions& options = {});
+
 /// Nothing but sky.
 [[nodiscard]] Scene empty();
 

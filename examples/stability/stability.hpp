@@ -120,4 +120,11 @@ void write_terrain(const std::filesystem::path& path);
 /// Visibility in a scene that is scaled or moved, against the scene at home.
 [[nodiscard]] Family ray_scales();
 
+// --- the families of surfaces -----------------------------------------------------------------------
+
+/// Obscurance from depth and normals: far away, at all radii, on flat ground of all tilts.
+[[nodiscard]] Family surface_obscurance();
+/// A blur beside the sky.
+[[nodiscard]] Family surface_blur();
+
 }  // namespace stability

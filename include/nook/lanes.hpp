@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
@@ -116,6 +117,31 @@ template <class L>
 #endif
 }
 
+/// values[index] for every lane.
+template <class T, class Index>
+[[nodiscard]] NOOK_INLINE Lanes<T, LanesTraits<Index>::count> gather(const T* values,
+                                                                     const Index& index)
+{
+    constexpr int N = LanesTraits<Index>::count;
+    if constexpr (N == 1) return values[index];
+#if defined(__AVX512F__)
+    else if constexpr (std::is_same_v<Lanes<T, N>, Lanes<float, 16>>)
+        return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, std::bit_cast<__m512i>(index),
+                                        values, 4);
+#endif
+#if defined(__AVX2__)
+    else if constexpr (std::is_same_v<Lanes<T, N>, Lanes<float, 8>>)
+        return _mm256_i32gather_ps(values, std::bit_cast<__m256i>(index), 4);
+#endif
+#if defined(__GNUC__)
+    else {
+        Lanes<T, N> result{};
+        for (int lane = 0; lane < N; ++lane) result[lane] = values[index[lane]];
+        return result;
+    }
+#endif
+}
+
 /// Asks for memory that will be read soon; any address will do.
 inline void prefetch([[maybe_unused]] const void* address)
 {
@@ -165,6 +191,35 @@ template <class L>
     return a < b ? a : b;
 }
 
+/// The correctly rounded root; -ffast-math may make it an estimate refined to 22 bits or more.
+template <class L>
+[[nodiscard]] NOOK_INLINE L square_root(const L& value)
+{
+    if constexpr (LanesTraits<L>::count == 1) return std::sqrt(value);
+#if defined(__AVX512F__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 16>>)
+        return _mm512_maskz_sqrt_ps(0xffff, value);
+    else if constexpr (std::is_same_v<L, Lanes<double, 8>>)
+        return _mm512_maskz_sqrt_pd(0xff, value);
+#endif
+#if defined(__AVX__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 8>>) return _mm256_sqrt_ps(value);
+    else if constexpr (std::is_same_v<L, Lanes<double, 4>>) return _mm256_sqrt_pd(value);
+#endif
+#if defined(__SSE2__)
+    else if constexpr (std::is_same_v<L, Lanes<float, 4>>) return _mm_sqrt_ps(value);
+    else if constexpr (std::is_same_v<L, Lanes<double, 2>>) return _mm_sqrt_pd(value);
+#endif
+#if defined(__GNUC__)
+    else {
+        L root{};
+        for (int lane = 0; lane < LanesTraits<L>::count; ++lane)
+            root[lane] = std::sqrt(value[lane]);
+        return root;
+    }
+#endif
+}
+
 template <class L, int... I>
 [[nodiscard]] NOOK_INLINE auto halves(const L& lanes, std::integer_sequence<int, I...>)
 {
@@ -200,7 +255,21 @@ template <class L, class Combine>
 template <class Mask>
 [[nodiscard]] NOOK_INLINE bool any(const Mask& mask)
 {
-    return fold(mask, [](const auto& a, const auto& b) { return a | b; }) != 0;
+    if constexpr (LanesTraits<Mask>::count == 1) return mask != 0;
+#if defined(__AVX512F__)
+    else if constexpr (sizeof mask == 64)
+        return _mm512_test_epi32_mask(std::bit_cast<__m512i>(mask), std::bit_cast<__m512i>(mask)) !=
+               0;
+#endif
+#if defined(__AVX__)
+    else if constexpr (sizeof mask == 32)
+        return _mm256_testz_si256(std::bit_cast<__m256i>(mask), std::bit_cast<__m256i>(mask)) == 0;
+#endif
+#if defined(__SSE2__)
+    else if constexpr (sizeof mask == 16)
+        return _mm_movemask_epi8(std::bit_cast<__m128i>(mask)) != 0;
+#endif
+    else return fold(mask, [](const auto& a, const auto& b) { return a | b; }) != 0;
 }
 
 /// One bit per lane of floats, lane 0 the lowest: a <= b.
@@ -263,6 +332,24 @@ NOOK_INLINE void transpose(L (&rows)[N])
     if constexpr (N > 4) transpose_halves<4>(rows, lanes);
     if constexpr (N > 2) transpose_halves<2>(rows, lanes);
     if constexpr (N > 1) transpose_halves<1>(rows, lanes);
+}
+
+template <int channel, class L, int... I>
+[[nodiscard]] NOOK_INLINE L every_third(const L& first, const L& second, const L& third,
+                                        std::integer_sequence<int, I...>)
+{
+    constexpr int N = sizeof...(I);
+    const L a = first, b = second, c = third;
+    const L most = NOOK_SHUFFLE(a, b, (3 * I + channel < 2 * N ? 3 * I + channel : 0)...);
+    return NOOK_SHUFFLE(most, c, (3 * I + channel < 2 * N ? I : 3 * I + channel - N)...);
+}
+/// Elements channel, channel + 3, … of three vectors in a row.
+template <int channel, class L>
+[[nodiscard]] NOOK_INLINE L every_third(const L& first, const L& second, const L& third)
+{
+    constexpr int N = LanesTraits<L>::count;
+    if constexpr (N == 1) return channel == 0 ? first : channel == 1 ? second : third;
+    else return every_third<channel>(first, second, third, std::make_integer_sequence<int, N>{});
 }
 
 #undef NOOK_SHUFFLE

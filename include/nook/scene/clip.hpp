@@ -34,14 +34,19 @@ struct GridPoint {
 class PixelGrid {
 public:
     PixelGrid(const Projection& projection, int width, int height, double near_plane)
+        : PixelGrid{projection, near_plane,
+                    (std::min)(16, 27 - static_cast<int>(std::bit_width(
+                                            static_cast<unsigned>((std::max)(width, height)) - 1))),
+                    28}
+    {}
+    /// 2^bits units to a pixel, positions within ± 2^range units.
+    PixelGrid(const Projection& projection, double near_plane, int bits, int range)
         : projection_{projection},
-          near_plane_{near_plane}
-    {
-        const auto size = static_cast<unsigned>((std::max)(width, height));
-        bits_ = (std::min)(16, 27 - static_cast<int>(std::bit_width(size - 1)));
-        units_ = static_cast<double>(std::int32_t{1} << bits_);
-        guard_ = static_cast<double>(std::int32_t{1} << (28 - bits_));
-    }
+          near_plane_{near_plane},
+          units_{static_cast<double>(std::int32_t{1} << bits)},
+          guard_{static_cast<double>(std::int32_t{1} << (range - bits))},
+          bits_{bits}
+    {}
     [[nodiscard]] int bits() const { return bits_; }
     [[nodiscard]] double near_plane() const { return near_plane_; }
 
@@ -102,38 +107,48 @@ NOOK_NOINLINE inline ClipVertex cut_edge(const PixelGrid& grid, int plane, ClipV
             a.distance + (b.distance - a.distance) * t};
 }
 
+/// The part of a triangle inside all planes: a convex polygon.
+struct ClipPolygon {
+    static constexpr int capacity = 3 + PixelGrid::planes;
+    ClipVertex corners[capacity];
+    int count = 0;
+};
+[[nodiscard]] inline ClipPolygon clip_polygon(const PixelGrid& grid, const ClipVertex& a,
+                                              const ClipVertex& b, const ClipVertex& c)
+{
+    ClipPolygon polygon{{a, b, c}, 3};
+    for (int plane = 0; plane < PixelGrid::planes && polygon.count > 0; ++plane) {
+        const ClipPolygon whole = polygon;
+        int kept = 0;
+        for (int i = 0; i < whole.count; ++i) {
+            const ClipVertex& from = whole.corners[i];
+            const ClipVertex& to = whole.corners[i + 1 == whole.count ? 0 : i + 1];
+            const bool from_inside = grid.side(from, plane) >= 0;
+            const bool to_inside = grid.side(to, plane) >= 0;
+            // Rounding can make a polygon that is no longer convex; never more corners than fit.
+            if (from_inside && kept < ClipPolygon::capacity) polygon.corners[kept++] = from;
+            if (from_inside != to_inside && kept < ClipPolygon::capacity)
+                polygon.corners[kept++] = cut_edge(grid, plane, from, to);
+        }
+        polygon.count = kept;
+    }
+    return polygon;
+}
+
 /// A triangle inside all planes: a convex polygon of snapped corners. An edge between two vertices
 /// inside all planes keeps exactly their snapped points, clipped or not.
 struct ClippedPolygon {
-    static constexpr int capacity = 3 + PixelGrid::planes;
-    GridPoint corners[capacity];
+    GridPoint corners[ClipPolygon::capacity];
     int count = 0;
 };
 [[nodiscard]] inline ClippedPolygon clip_triangle(const PixelGrid& grid, const Vector3& a,
                                                   const Vector3& b, const Vector3& c)
 {
-    ClipVertex buffers[2][ClippedPolygon::capacity] = {
-        {grid.project(a), grid.project(b), grid.project(c)}, {}};
-    ClipVertex* polygon = buffers[0];
-    ClipVertex* next = buffers[1];
-    int count = 3;
-    for (int plane = 0; plane < PixelGrid::planes && count > 0; ++plane) {
-        int kept = 0;
-        for (int i = 0; i < count; ++i) {
-            const ClipVertex& from = polygon[i];
-            const ClipVertex& to = polygon[i + 1 == count ? 0 : i + 1];
-            const bool from_inside = grid.side(from, plane) >= 0;
-            const bool to_inside = grid.side(to, plane) >= 0;
-            // Rounding can make a polygon that is no longer convex; never more corners than fit.
-            if (from_inside && kept < ClippedPolygon::capacity) next[kept++] = from;
-            if (from_inside != to_inside && kept < ClippedPolygon::capacity)
-                next[kept++] = cut_edge(grid, plane, from, to);
-        }
-        std::swap(polygon, next);
-        count = kept;
-    }
+    const ClipPolygon polygon =
+        clip_polygon(grid, grid.project(a), grid.project(b), grid.project(c));
     ClippedPolygon result;
-    for (int i = 0; i < count; ++i) result.corners[result.count++] = grid.snap(polygon[i]);
+    for (int i = 0; i < polygon.count; ++i)
+        result.corners[result.count++] = grid.snap(polygon.corners[i]);
     return result;
 }
 

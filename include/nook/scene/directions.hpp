@@ -40,29 +40,6 @@ inline void cosine_directions(DirectionSet set, std::uint32_t seed_hash, std::ui
 
 namespace detail {
 
-/// The correctly rounded root; -ffast-math may make it an estimate refined to 22 bits or more.
-template <int N>
-[[nodiscard]] NOOK_INLINE Lanes<float, N> square_root(const Lanes<float, N>& value)
-{
-    if constexpr (N == 1) return std::sqrt(value);
-#if defined(__AVX512F__)
-    else if constexpr (N == 16) return _mm512_maskz_sqrt_ps(0xffff, value);
-#endif
-#if defined(__AVX__)
-    else if constexpr (N == 8) return _mm256_sqrt_ps(value);
-#endif
-#if defined(__SSE2__)
-    else if constexpr (N == 4) return _mm_sqrt_ps(value);
-#endif
-#if defined(__GNUC__)
-    else {
-        Lanes<float, N> root{};
-        for (int lane = 0; lane < N; ++lane) root[lane] = std::sqrt(value[lane]);
-        return root;
-    }
-#endif
-}
-
 /// The bits of lanes as lanes of another type.
 template <class To, class L>
 [[nodiscard]] NOOK_INLINE Lanes<To, LanesTraits<L>::count> same_bits(const L& lanes)
@@ -112,9 +89,9 @@ NOOK_INLINE void write_directions(const SampleLanes<N>& points, float* x, float*
     const Floats across = swapped ? sine : cosine, along = swapped ? cosine : sine;
     const Bits across_sign = (turned + 0x40000000u) & 0x80000000u,
                along_sign = turned & 0x80000000u;
-    const Floats radius = square_root<N>(unit_interval<N>(points.v));
+    const Floats radius = square_root(unit_interval<N>(points.v));
     // 1 − v of the mirrored bits: exact before it is rounded.
-    const Floats height = square_root<N>(unit_interval<N>(~points.v));
+    const Floats height = square_root(unit_interval<N>(~points.v));
     store(x, same_bits<float>(same_bits<std::uint32_t>(Floats(radius * across)) ^ across_sign));
     store(y, same_bits<float>(same_bits<std::uint32_t>(Floats(radius * along)) ^ along_sign));
     store(z, height);
