@@ -63,6 +63,7 @@
 #include <nook/scene/outline_options.hpp>
 #include <nook/scene/outline_raster.hpp>
 #include <nook/scene/outline_raster_keys.hpp>
+#include <nook/scene/outline_raster_tiles.hpp>
 #include <nook/scene/outline_raster_triangle.hpp>
 #include <nook/scene/outline_raster_vertex.hpp>
 #include <nook/scene/outline_view.hpp>

@@ -237,7 +237,7 @@ TEST_CASE("a bad file says what is wrong with it")
         {28, 1, ErrorCode::bad_size, "data.triangle_count"},
         {36, 1, ErrorCode::bad_size, "data.object_count"},
         {24, 0x80000000, ErrorCode::bad_size, "data.triangle_count"},
-        {16, 0xfffffffe, ErrorCode::bad_size, "size"},
+        {16, 0x7ffffffe, ErrorCode::bad_size, "size"},
         {52, 0x7ff80000, ErrorCode::bad_value, "data.face_offset"},
         {base + 8, 0x7f800000, ErrorCode::bad_value, "data.base"},
         {direction + 4, 0xffc00000, ErrorCode::bad_value, "data.direction"},

@@ -32,8 +32,10 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Coverage is exact after snapping to 2⁻⁸ pixel: shared edges hit each pixel once, and nothing leaks.
 /// Distances are compared in float, with a relative error below 2⁻²⁰ (under orthography of the largest
-/// distance of the triangle), between 2⁻¹²⁵ and 2¹²⁵. A face exactly at the visible distance counts as
-/// in front of it: a point on a front face is inside, on a back face outside.
+/// distance of the triangle), between 2⁻¹²⁵ and 2¹²⁵. Corners are placed in double: those of a
+/// triangle should be less than 10¹³ times as far away as the surfaces near it. A face exactly at the
+/// visible distance counts as in front of it: a point on a front face is inside, on a back face
+/// outside.
 ///
 /// Where every directed edge is cancelled by an opposite one of the same vertices, the same count is had
 /// from the faces in front of the surface and the crossings of one ray, and what is hidden costs

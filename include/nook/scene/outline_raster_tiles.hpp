@@ -133,7 +133,7 @@ private:
     using Reals = Lanes<float, lanes>;
 
     bool usable_ = false;
-    /// At the left side of each tile, counted from the first one; how far keys in it are below and above.
+    /// The left sides of the tiles from column 0 on, and how far keys reach below and above those there.
     Reals columns_{}, slope_{}, below_{}, above_{}, least_{}, largest_{};
     double start_ = 0, down_ = 0;
 };
