@@ -22,10 +22,16 @@ namespace {
 
 using report::checked;
 
-/// The first triangles of a shell, and the vertices they use.
-nook::OutlineView first_triangles(nook::OutlineView view, std::size_t count)
+/// The first objects of a shell, with about that many triangles and the vertices they use. Whole
+/// objects, since counting takes longer for open shells; a part of the first if that is too large.
+nook::OutlineView first_objects(const nook::OutlineShell& shell, std::size_t count)
 {
-    view.triangle_count = (std::min)(view.triangle_count, count);
+    nook::OutlineView view = shell.view();
+    if (count < view.triangle_count) {
+        const nook::OutlineObject& last = shell.object(shell.object_of(count));
+        const std::size_t end = std::size_t{last.first_triangle} + last.triangle_count;
+        view.triangle_count = end <= 2 * count ? end : count;
+    }
     std::size_t vertices = 0;
     for (std::size_t i = 0; i < 3 * view.triangle_count; ++i)
         vertices = (std::max)(vertices, std::size_t{view.indices[i]} + 1);
@@ -97,7 +103,7 @@ nlohmann::ordered_json break_even(const Subject& subject, const nook::OutlineShe
     const double most = double(shell.view().triangle_count);
     for (double count = 1000; count < 2 * most; count *= 2) {
         const nook::OutlineView part =
-            first_triangles(shell.view(), static_cast<std::size_t>((std::min)(count, most)));
+            first_objects(shell, static_cast<std::size_t>((std::min)(count, most)));
         double times[3];
         for (double& time : times)
             time = milliseconds([&] {
@@ -105,7 +111,8 @@ nlohmann::ordered_json break_even(const Subject& subject, const nook::OutlineShe
                                            frame.axes, frame.projection, scratch),
                         "outline_mask");
             });
-        counts.push_back((std::min)(count, most));
+        if (!counts.empty() && double(part.triangle_count) <= counts.back()) continue;
+        counts.push_back(double(part.triangle_count));
         mask_times.push_back(median(times));
     }
 
@@ -139,7 +146,7 @@ nlohmann::ordered_json break_even(const Subject& subject, const nook::OutlineShe
         support::Plot plot{std::string{names[k]} + ": break-even active share, %",
                            "triangles of the shells",
                            {},
-                           {3, std::log10(counts.back())},
+                           {std::log10(counts.front()), std::log10(counts.back())},
                            {0, 100}};
         plot.x_label = support::power_label;
         plot.legend = k == 0 ? support::Corner::lower_left : support::Corner::upper_right;

@@ -140,8 +140,12 @@ std::string power_label(double value)
     const double number = std::pow(10.0, value);
     const double unit = number < 999.5 ? 1 : number < 999.5e3 ? 1e3 : 1e6;
     char text[32];
-    std::snprintf(text, sizeof text, "%.2g%s", number / unit,
-                  unit == 1 ? "" : unit == 1e3 ? "k" : "M");
+    // Two digits, and no exponent.
+    const double shown = number / unit, tens = shown >= 99.5 ? 10 : 1;
+    std::snprintf(text, sizeof text, "%.3g%s", tens * std::round(shown / tens * 10) / 10,
+                  unit == 1     ? ""
+                  : unit == 1e3 ? "k"
+                                : "M");
     return text;
 }
 
