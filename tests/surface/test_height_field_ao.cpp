@@ -498,7 +498,7 @@ TEST_CASE("height_field_ao: tiny images and extreme sizes of things")
             if (w * h == 1) CHECK(v == 1);
         }
     }
-    // Lengths times a power of two give the same picture, up to the rounding of products.
+    // Lengths times a power of two give the same picture.
     Image<double> expected;
     for (const double scale : {1.0, 0x1p-60, 0x1p60}) {
         Scene scene{24, 16, {.fx = 20, .fy = 25, .cx = 11, .cy = 9}};

@@ -32,8 +32,10 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Planes come out as exact as their depths at every tilt, at borders and in images of any size. Float
 /// depth is computed in float from differences: the normal of a plane is off by about 2⁻²³ f for f
-/// pixels per unit of slope, as its depths are. Reads each depth once, or little more. The same bits for
-/// any number of threads; instruction sets differ by rounding. Tasks are bands of 32 rows.
+/// pixels per unit of slope, as its depths are. With coarser depths it is off by a step times f / d, for
+/// which the automatic bias of the kernels, which takes normals as exact, does not allow: give a bias
+/// with 16 bits. Reads each depth once, or little more. The same bits for any number of threads;
+/// instruction sets differ by rounding. Tasks are bands of 32 rows.
 template <DepthInput Depth, class Value, Executor E = Serial>
 Outcome normals_from_depth(const Depth& depth, const ImageView3<Value>& normals,
                            const Projection& projection, E&& executor = E{});
