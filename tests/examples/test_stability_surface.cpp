@@ -110,9 +110,14 @@ TEST_CASE("textbook obscurance fails where positions are large and where powers 
     for (const char* const subject : {"radius-1e7", "radius-1e-9"})
         CHECK(std::isnan(number(obscurance(), "error", subject, "scalable-float")));
     CHECK(number(obscurance(), "error", "radius-1e-7", "scalable-float") > 1e-4);
-    // On gentle data they are fine.
-    for (const stability::Label& algorithm : obscurance().algorithms)
-        CHECK(number(obscurance(), "error", "relief", algorithm.name) < 1e-5);
+    // On gentle data they are fine. Where a compiler contracts the textbook's products to FMA, those of one
+    // point are rounded and those of the other are not: 2e-4.
+    for (const stability::Label& algorithm : obscurance().algorithms) {
+        CAPTURE(algorithm.name);
+        const bool textbook =
+            algorithm.name.ends_with("-float") && !algorithm.name.starts_with("nook");
+        CHECK(number(obscurance(), "error", "relief", algorithm.name) < (textbook ? 1e-3 : 1e-5));
+    }
 }
 
 TEST_CASE("a blur beside the sky changes neither it nor the ground, unless it is a textbook's")
