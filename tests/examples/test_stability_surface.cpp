@@ -114,8 +114,7 @@ TEST_CASE("textbook obscurance fails where positions are large and where powers 
     // point are rounded and those of the other are not: 2e-4.
     for (const stability::Label& algorithm : obscurance().algorithms) {
         CAPTURE(algorithm.name);
-        const bool textbook =
-            algorithm.name.ends_with("-float") && !algorithm.name.starts_with("nook");
+        const bool textbook = algorithm.name.ends_with("-float");
         CHECK(number(obscurance(), "error", "relief", algorithm.name) < (textbook ? 1e-3 : 1e-5));
     }
 }
