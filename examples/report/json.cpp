@@ -21,8 +21,6 @@ void append_results(Json& results, const SceneReport::Row& row)
     for (const Timing& timing : row.timings) {
         Json error = metrics(row.error);
         error["ssim"] = row.ssim;
-        error["height_field"] = metrics(row.height_field);
-        if (row.exact) error["own_formula"] = metrics(*row.exact);
         Json entry;
         entry["kernel"] = row.kernel;
         entry["parameters"] = row.parameters;
@@ -32,6 +30,8 @@ void append_results(Json& results, const SceneReport::Row& row)
                                  {"p90", timing.p90},
                                  {"rounds", timing.rounds}};
         entry["error"] = error;
+        entry["height_field_error"] = metrics(row.height_field);
+        if (row.exact) entry["own_formula_error"] = metrics(*row.exact);
         entry["skipped"] = {{"pixels", row.work.skipped}, {"rays", row.work.skipped_rays}};
         entry["samples"] = row.work.samples;
         results.push_back(entry);
