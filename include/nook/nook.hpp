@@ -83,6 +83,7 @@
 #include <nook/scene/triangle_surface.hpp>
 #include <nook/scene/vector.hpp>
 #include <nook/scene/vertex_values.hpp>
+#include <nook/scene/viewpoints.hpp>
 #include <nook/scratch.hpp>
 #include <nook/surface/alchemy.hpp>
 #include <nook/surface/alchemy_ao.hpp>
