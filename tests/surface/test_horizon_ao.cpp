@@ -314,6 +314,30 @@ TEST_CASE("the kernel agrees with its reference, in float and in double")
             }
 }
 
+TEST_CASE("the kernel agrees with its reference at normals that graze or leave the view")
+{
+    for (const Projection& projection :
+         {slice_scenes::perspective(), slice_scenes::orthographic()}) {
+        Scene scene = slice_scenes::varied(projection, 70, 44);
+        for (int y = 0; y < 44; ++y)
+            for (int x = 0; x < 70; ++x) {
+                // From towards the viewer to straight away, through all of the azimuths.
+                const double azimuth = 0.37 * x + 1.3 * y, away = pi * ((x * 7 + y * 3) % 41) / 40;
+                float* const n = scene.normal(x, y);
+                n[0] = static_cast<float>(std::sin(away) * std::cos(azimuth));
+                n[1] = static_cast<float>(std::sin(away) * std::sin(azimuth));
+                n[2] = static_cast<float>(std::cos(away));
+            }
+        for (const double thickness : {infinity, 0.2}) {
+            const HorizonOptions options{
+                .radius = 1.5, .slices = 4, .steps = 5, .thickness = thickness, .bias = 0.001};
+            const Image<float> fast = visibility(scene, options);
+            CHECK(all_in_range(fast));
+            CHECK(differing(fast, reference(scene, options), 1e-5) <= 2);
+        }
+    }
+}
+
 TEST_CASE("lengths times a power of two give the same bits")
 {
     for (const Projection& base : {slice_scenes::perspective(), slice_scenes::orthographic()})
