@@ -168,6 +168,93 @@ TEST_CASE("every pixel shows the triangle that its ray hits")
     CHECK(edges < pixels / 1000);
 }
 
+TEST_CASE("a picture is that of triangles drawn one by one")
+{
+    using namespace nook::detail;
+    std::mt19937 random{12};
+    std::uniform_real_distribution<double> unit{-1, 1};
+    for (int scene = 0; scene < 40; ++scene) {
+        CAPTURE(scene);
+        const bool inside = scene % 3 == 0, orthographic = scene % 4 < 2;
+        const Mesh soup = meshes::soup(random, scene == 7 ? 20000 : 300);
+        const Mesh mesh = scene % 10 == 3 ? soup.transformed(100, {0, 0, 0}) : soup;
+        const Camera camera{.eye = meshes::random_direction(random) * (inside ? 0.4 : 3.0),
+                            .orthographic = orthographic,
+                            .vertical_fov = inside ? 1.6 : 0.7,
+                            .near_plane = scene % 5 == 0 ? 0.5 : 1e-3,
+                            .far_plane = scene % 6 == 1 ? 3.0 : 1e9};
+        const int width = 1 + static_cast<int>(random() % 400);
+        const int height = 1 + static_cast<int>(random() % 200);
+        const ViewFrame frame = nook::view_frame(camera);
+        Projection projection = nook::projection(camera, width, height);
+        projection.cx += 20 * unit(random);
+        const Picture picture = draw(mesh, frame, projection, width, height);
+        Picture plain{width, height};
+        for (float& depth : plain.depth) depth = infinity;
+        for (std::uint32_t& face : plain.face) face = nook::no_face;
+        const PixelGrid grid{projection, width, height, camera.near_plane};
+        const Frame axes{frame};
+        const nook::MeshView view = mesh.view();
+        for (std::size_t t = 0; t < view.triangle_count; ++t) {
+            Vector3 corners[3];
+            for (std::size_t i = 0; i < 3; ++i)
+                corners[i] = axes.direction_to_view(mesh_position(view, view.indices[3 * t + i]) -
+                                                    axes.origin);
+            const TriangleSurface surface{projection, camera.near_plane, corners[0], corners[1],
+                                          corners[2]};
+            const ClippedPolygon polygon = clip_triangle(grid, corners[0], corners[1], corners[2]);
+            for (int i = 2; i < polygon.count; ++i)
+                TriangleCoverage{grid.bits(), polygon.corners[0], polygon.corners[i - 1],
+                                 polygon.corners[i]}
+                    .for_each_row(width, 0, height - 1, [&](int y, int first, int last) {
+                        for (int x = first; x <= last; ++x) {
+                            const double distance =
+                                surface.distance(surface.slope_x(x), surface.slope_y(y));
+                            const float stored = static_cast<float>(distance);
+                            if (distance > camera.far_plane || stored >= plain.depth(x, y))
+                                continue;
+                            plain.depth(x, y) = stored;
+                            plain.face(x, y) = static_cast<std::uint32_t>(t);
+                        }
+                    });
+        }
+        CHECK(picture.face == plain.face);
+        int wrong = 0, covered = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                // One step of a float at most.
+                const float depth = plain.depth(x, y);
+                covered += depth < infinity;
+                wrong += depth < infinity
+                             ? !(std::fabs(picture.depth(x, y) - depth) <= depth * 0x1p-23f)
+                             : picture.depth(x, y) != infinity;
+            }
+        CHECK(wrong == 0);
+        CHECK((covered > 0 || width * height < 1000));
+        // Nothing else is computed with less.
+        Image<float> alone{width, height};
+        REQUIRE(nook::rasterise(mesh.view(), frame, projection, {alone.view()}));
+        CHECK(alone == picture.depth);
+    }
+}
+
+TEST_CASE("back faces are left out on request, in a mirrored frame too")
+{
+    Mesh mesh;
+    mesh.triangle({-9, -9, 0}, {9, -9, 0}, {0, 18, 0});
+    mesh.triangle({-9, -9, 1}, {0, 18, 1}, {9, -9, 1});
+    const Camera camera{.eye = {0, 0, 3}};
+    ViewFrame frame = nook::view_frame(camera);
+    const Projection projection = nook::projection(camera, 9, 9);
+    for (const bool mirrored : {false, true}) {
+        if (mirrored) frame.right.x = -frame.right.x;
+        const Picture picture = draw(mesh, frame, projection, 9, 9, {.leave_out_back_faces = true});
+        for (const std::uint32_t face : picture.face) CHECK(face == 0);
+        for (const std::uint32_t face : draw(mesh, frame, projection, 9, 9).face) CHECK(face == 1);
+        for (const float depth : picture.depth) CHECK(depth == 3);
+    }
+}
+
 TEST_CASE("a triangulation covers each pixel exactly once")
 {
     std::mt19937 random{3};

@@ -896,8 +896,10 @@ TEST_CASE("bad arguments of a list of points are named, and nothing is written")
     CHECK(rejected([](P&, I& i, O&) { i.radiance.y = i.visibility; }) == "radiance.y");
     CHECK(rejected([](P&, I& i, O&) { i.radiance.z.data = nullptr; }) == "radiance.z");
     CHECK(rejected([](P&, I& i, O&) { i.weight = i.visibility; }) == "weight");
-    CHECK(rejected([](P& p, I& i, O&) { p.positions = i.weight.data; }) == "weight");
-    CHECK(rejected([](P& p, I& i, O&) { p.normals = i.radiance.x.data - 2; }) == "radiance.x");
+    CHECK(rejected([](P& p, I& i, O&) { i.weight.data = const_cast<float*>(p.positions); }) ==
+          "weight");
+    CHECK(rejected([](P& p, I& i, O&) { i.radiance.x.data = const_cast<float*>(p.normals); }) ==
+          "radiance.x");
     CHECK(rejected([](P&, I&, O& o) { o.radius = -1; }) == "options.radius");
     CHECK(rejected([](P&, I&, O& o) { o.radius = not_a_number; }) == "options.radius");
     CHECK(rejected([](P&, I&, O& o) { o.radius = infinity; }) == "options.radius");

@@ -49,6 +49,9 @@ public:
     {}
     [[nodiscard]] int bits() const { return bits_; }
     [[nodiscard]] double near_plane() const { return near_plane_; }
+    /// Units to a pixel, and the largest position in pixels.
+    [[nodiscard]] double units() const { return units_; }
+    [[nodiscard]] double guard() const { return guard_; }
 
     [[nodiscard]] NOOK_NOINLINE ClipVertex project(const Vector3& view) const
     {
