@@ -15,9 +15,9 @@
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
 
-#include "../report/checked.hpp"
 #include "../scenes/scene.hpp"
 #include "../support/arguments.hpp"
+#include "../support/checked.hpp"
 #include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
@@ -80,7 +80,7 @@ void bake_mesh(const CommandLine& command)
     scene.indices = mesh.indices;
     const double radius = command.radius > 0 ? command.radius : scenes::default_radius(scene);
     nook::Bvh bvh;
-    report::checked(bvh.build(scene.mesh()), "Bvh::build");
+    support::checked(bvh.build(scene.mesh()), "Bvh::build");
 
     using clock = std::chrono::steady_clock;
     nook::ThreadExecutor threads{command.threads};
@@ -88,7 +88,7 @@ void bake_mesh(const CommandLine& command)
     const nook::ImageView<float> output{visibility.data(), static_cast<int>(mesh.vertices()), 1};
     const nook::ShadingPoints points{mesh.positions.data(), mesh.normals.data(), mesh.vertices()};
     const clock::time_point start = clock::now();
-    const nook::Work work = report::checked(
+    const nook::Work work = support::checked(
         nook::traced_ao(bvh, points, output,
                         nook::TracedOptions<>{.radius = radius, .directions = command.directions},
                         nook::HeapScratch{}, threads),

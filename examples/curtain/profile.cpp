@@ -11,8 +11,8 @@
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
 
-#include "../report/checked.hpp"
 #include "../scenes/builder.hpp"
+#include "../support/checked.hpp"
 #include "curtain.hpp"
 
 namespace curtain {
@@ -60,7 +60,7 @@ public:
           scene_{box(options.curtain)},
           threads_{options.threads}
     {
-        report::checked(bvh_.build(scene_.mesh()), "building the hierarchy");
+        support::checked(bvh_.build(scene_.mesh()), "building the hierarchy");
     }
     /// All directions in one set per position without secondary rays, or in sets of so many.
     template <class Traced>
@@ -70,9 +70,9 @@ public:
         const Ground ground{positions, sets};
         nook::Image<double> open{static_cast<int>(ground.points().count), 1};
         const nook::Work work =
-            report::checked(nook::traced_ao(bvh_, ground.points(), open.view(), traced,
-                                            nook::HeapScratch{}, threads_),
-                            "tracing");
+            support::checked(nook::traced_ao(bvh_, ground.points(), open.view(), traced,
+                                             nook::HeapScratch{}, threads_),
+                             "tracing");
         double variance = 0;
         for (std::size_t i = 0; i < positions.size(); ++i) {
             double sum = 0, squares = 0;

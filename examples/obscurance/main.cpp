@@ -18,9 +18,9 @@
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
 
-#include "../report/checked.hpp"
 #include "../scenes/scenes.hpp"
 #include "../support/arguments.hpp"
+#include "../support/checked.hpp"
 #include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
@@ -114,11 +114,11 @@ struct View {
           normals{width, height},
           faces{width, height}
     {
-        report::checked(nook::rasterise(scene.mesh(), frame, projection,
-                                        {depth.view(), normals.view(), faces.view()}, {},
-                                        nook::HeapScratch{}, threads),
-                        "rasterise");
-        report::checked(bvh.build(scene.mesh()), "Bvh::build");
+        support::checked(nook::rasterise(scene.mesh(), frame, projection,
+                                         {depth.view(), normals.view(), faces.view()}, {},
+                                         nook::HeapScratch{}, threads),
+                         "rasterise");
+        support::checked(bvh.build(scene.mesh()), "Bvh::build");
     }
 };
 
@@ -157,7 +157,7 @@ void draw(const CommandLine& command)
     const auto run = [&](const char* name, const auto& output, const auto& options) {
         using clock = std::chrono::steady_clock;
         const clock::time_point start = clock::now();
-        const nook::Work work = report::checked(
+        const nook::Work work = support::checked(
             nook::traced_ao(view.bvh, view.depth.view(), normals, faces, output, options,
                             view.projection, view.frame, {}, nook::HeapScratch{}, threads),
             "traced_ao");

@@ -10,7 +10,7 @@
 #include <nook/scene/outline_mask.hpp>
 #include <nook/surface/alchemy_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "../support/picture.hpp"
 #include "../support/plot.hpp"
 #include "textbook_ao.hpp"
@@ -20,7 +20,7 @@ namespace outlines {
 
 namespace {
 
-using report::checked;
+using support::checked;
 
 /// The first objects of a shell, with about that many triangles and the vertices they use. Whole
 /// objects, since counting takes longer for open shells; a part of the first if that is too large.

@@ -12,13 +12,13 @@
 #include <nook/scene/convex_hull.hpp>
 #include <nook/scene/traced_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 
 namespace outlines {
 
 namespace {
 
-using report::checked;
+using support::checked;
 
 /// Triangles that hang together over vertices at equal positions: the triangles of each object.
 std::vector<std::vector<std::uint32_t>> objects_of(const scenes::Scene& scene)

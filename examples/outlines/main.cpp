@@ -13,9 +13,9 @@
 #include <nook/scene/outline.hpp>
 #include <nook/thread_executor.hpp>
 
-#include "../report/checked.hpp"
 #include "../scenes/scenes.hpp"
 #include "../support/arguments.hpp"
+#include "../support/checked.hpp"
 #include "../support/command_line.hpp"
 #include "../support/files.hpp"
 #include "../support/program.hpp"
@@ -85,7 +85,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
 nook::OutlineShell built(const scenes::Scene& scene, const nook::OutlineOptions& options)
 {
     nook::OutlineShell shell;
-    report::checked(shell.build(scene.mesh(), options), "OutlineShell::build");
+    support::checked(shell.build(scene.mesh(), options), "OutlineShell::build");
     return shell;
 }
 

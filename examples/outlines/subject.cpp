@@ -4,7 +4,7 @@
 
 #include <nook/scene/rasteriser.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 
 namespace outlines {
 
@@ -32,14 +32,14 @@ Frame::Frame(const scenes::Scene& scene, const nook::Camera& camera, int width, 
 {
     const std::ptrdiff_t plane = std::ptrdiff_t{width} * height;
     float* const data = normals.data();
-    const nook::Work work = report::checked(nook::rasterise(scene.mesh(), axes, projection,
-                                                            {depth.view(),
-                                                             {{data, width, height},
-                                                              {data + plane, width, height},
-                                                              {data + 2 * plane, width, height}},
-                                                             faces.view()},
-                                                            {}, nook::HeapScratch{}, threads),
-                                            "rasterise");
+    const nook::Work work = support::checked(nook::rasterise(scene.mesh(), axes, projection,
+                                                             {depth.view(),
+                                                              {{data, width, height},
+                                                               {data + plane, width, height},
+                                                               {data + 2 * plane, width, height}},
+                                                              faces.view()},
+                                                             {}, nook::HeapScratch{}, threads),
+                                             "rasterise");
     surfaces = work.pixels - work.background;
 }
 

@@ -16,7 +16,7 @@
 #include <nook/surface/alchemy_ao.hpp>
 #include <nook/surface/height_field_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "../support/picture.hpp"
 #include "textbook_ao.hpp"
 #include "timing.hpp"
@@ -25,7 +25,7 @@ namespace outlines {
 
 namespace {
 
-using report::checked;
+using support::checked;
 using Bytes = nook::Image<std::uint8_t>;
 using Visibility = nook::Image<float>;
 
@@ -86,7 +86,7 @@ Bytes counted_rows(const Frame& frame, int step)
 double mean_square(const Visibility& one, const Visibility& other, const Bytes& counted)
 {
     const nook::Measured result = nook::rmse(one.view(), other.view(), counted.view());
-    if (!result) throw support::Failure{"rmse: " + report::text_of(result.error)};
+    if (!result) throw support::Failure{"rmse: " + support::text_of(result.error)};
     return result.value * result.value;
 }
 

@@ -16,9 +16,9 @@
 #include <nook/scene/traced_ao.hpp>
 #include <nook/thread_executor.hpp>
 
-#include "../report/checked.hpp"
 #include "../scenes/scenes.hpp"
 #include "../support/arguments.hpp"
+#include "../support/checked.hpp"
 #include "../support/command_line.hpp"
 #include "../support/failure.hpp"
 #include "../support/picture.hpp"
@@ -111,11 +111,11 @@ support::Picture occlusion(const nook::Bvh& bvh, const scenes::Scene& scene,
     nook::Image<std::uint32_t> faces{width, height};
     const auto normal = nook::ImageView3<float>::interleaved(normals.data(), width, height,
                                                              std::ptrdiff_t{3} * width);
-    report::checked(
+    support::checked(
         nook::rasterise(scene.mesh(), frame, projection, {depth.view(), normal, faces.view()}, {},
                         nook::HeapScratch{}, threads),
         "rasterise");
-    report::checked(
+    support::checked(
         nook::traced_ao(bvh, depth.view(), normal, nook::SourceFaces{faces.view(), scene.mesh()},
                         visibility.view(), options, projection, frame, {}, nook::HeapScratch{},
                         threads),
@@ -133,7 +133,7 @@ void answer(const CommandLine& command)
     const scenes::Scene scene = scenes::load(command.scene, double(options.width) / options.height);
     nook::ThreadExecutor threads{command.threads};
     nook::Bvh bvh;
-    report::checked(bvh.build(scene.mesh()), "build");
+    support::checked(bvh.build(scene.mesh()), "build");
     const clock::time_point start = clock::now();
     const path_tracer::Light light = path_tracer::trace(bvh, scene, options, threads);
     const double seconds = std::chrono::duration<double>(clock::now() - start).count();

@@ -7,7 +7,7 @@
 #include <nook/measure/ssim.hpp>
 #include <nook/work_map.hpp>
 
-#include "checked.hpp"
+#include "../support/checked.hpp"
 
 namespace report {
 
@@ -17,7 +17,7 @@ double run_once(const Kernel& kernel, nook::Image<float>& visibility, nook::Heap
                 nook::ThreadExecutor& threads, nook::Work& work)
 {
     const auto start = std::chrono::steady_clock::now();
-    work = checked(kernel.run(visibility.view(), scratch, threads), kernel.name.c_str());
+    work = support::checked(kernel.run(visibility.view(), scratch, threads), kernel.name.c_str());
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
         .count();
 }
@@ -41,20 +41,20 @@ void measure_error(const View& view, const Reference& reference, Result& result)
     for (int y = 0; y < view.height(); ++y)
         if (!result.kernel.computes(y))
             for (int x = 0; x < view.width(); ++x) result.counted(x, y) = 0;
-    checked(nook::error_metrics(result.visibility.view(), reference.visibility.view(), result.error,
-                                result.counted.view()),
-            "error_metrics");
+    support::checked(nook::error_metrics(result.visibility.view(), reference.visibility.view(),
+                                         result.error, result.counted.view()),
+                     "error_metrics");
     const nook::Measured similarity =
         nook::ssim(result.visibility.view(), reference.visibility.view(), result.counted.view());
-    if (!similarity) throw support::Failure{"ssim: " + text_of(similarity.error)};
+    if (!similarity) throw support::Failure{"ssim: " + support::text_of(similarity.error)};
     result.ssim = similarity.value;
     nook::Image<std::uint8_t> both = result.counted;
     for (int y = 0; y < view.height(); ++y)
         if (!reference.computes_height_field(y))
             for (int x = 0; x < view.width(); ++x) both(x, y) = 0;
-    checked(nook::error_metrics(result.visibility.view(), reference.height_field.view(),
-                                result.height_field, both.view()),
-            "error_metrics");
+    support::checked(nook::error_metrics(result.visibility.view(), reference.height_field.view(),
+                                         result.height_field, both.view()),
+                     "error_metrics");
 }
 
 /// How far the kernel is from its own formula.
@@ -70,9 +70,10 @@ void measure_exactness(const View& view, nook::ThreadExecutor& threads, Result& 
             for (int x = 0; x < view.width(); ++x) counted(x, y) = 0;
     }
     nook::Image<float> exact{view.width(), view.height()};
-    checked(kernel.exact(exact.view(), {rows.view(), false}, threads), kernel.name.c_str());
+    support::checked(kernel.exact(exact.view(), {rows.view(), false}, threads),
+                     kernel.name.c_str());
     result.exact.emplace();
-    checked(
+    support::checked(
         nook::error_metrics(result.visibility.view(), exact.view(), *result.exact, counted.view()),
         "error_metrics");
 }
@@ -89,7 +90,7 @@ std::vector<Kernel> kernels_for(const View& view, double radius)
 
 std::vector<Result> measure(const View& view, const Reference& reference,
                             const std::vector<Kernel>& kernels, nook::ThreadExecutor& threads,
-                            Progress& progress)
+                            support::Progress& progress)
 {
     constexpr int rounds = 7;
     constexpr double time_limit = 6000;  // milliseconds per number of threads, after three rounds
@@ -143,7 +144,7 @@ nook::ErrorMetrics difference(const Result& one, const Result& other)
         for (int x = 0; x < both.width(); ++x)
             if (other.counted(x, y) == 0) both(x, y) = 0;
     nook::ErrorMetrics result;
-    checked(
+    support::checked(
         nook::error_metrics(one.visibility.view(), other.visibility.view(), result, both.view()),
         "error_metrics");
     return result;

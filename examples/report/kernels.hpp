@@ -72,7 +72,8 @@ struct Result {
 /// the machine's speed meets all of them; the first round warms up and does not count.
 [[nodiscard]] std::vector<Result> measure(const View& view, const Reference& reference,
                                           const std::vector<Kernel>& kernels,
-                                          nook::ThreadExecutor& threads, Progress& progress);
+                                          nook::ThreadExecutor& threads,
+                                          support::Progress& progress);
 
 /// How far the results of two kernels lie apart, over the pixels that both count.
 [[nodiscard]] nook::ErrorMetrics difference(const Result& one, const Result& other);

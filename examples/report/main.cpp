@@ -12,11 +12,11 @@
 #include "../support/files.hpp"
 #include "../support/obj_file.hpp"
 #include "../support/program.hpp"
+#include "../support/progress.hpp"
 #include "kernels.hpp"
 #include "options.hpp"
 #include "output.hpp"
 #include "pictures.hpp"
-#include "progress.hpp"
 #include "reference.hpp"
 #include "view.hpp"
 
@@ -103,7 +103,7 @@ void check_output(const Options& options, const std::vector<Subject>& subjects)
 }
 
 SceneReport run(const Subject& subject, const Options& options, nook::ThreadExecutor& threads,
-                Progress& progress)
+                support::Progress& progress)
 {
     const scenes::Scene& scene = subject.scene;
     const double radius = options.radius.value_or(scene.radius);
@@ -161,7 +161,7 @@ void run_all(const Options& options)
     std::vector<SceneReport> reports;
     std::vector<stability::Family> families;
     {
-        Progress progress;
+        support::Progress progress;
         for (std::size_t i = 0; i < subjects.size(); ++i) {
             progress.scene(int(i + 1), int(subjects.size()), subjects[i].scene.name);
             reports.push_back(run(subjects[i], options, threads, progress));

@@ -14,9 +14,9 @@
 #include <CLI/CLI.hpp>
 
 #include "../scenes/scenes.hpp"
+#include "../support/checked.hpp"
 #include "../support/command_line.hpp"
 #include "../support/failure.hpp"
-#include "checked.hpp"
 #include "view.hpp"
 
 namespace report {
@@ -93,7 +93,7 @@ nook::Camera read_camera(const std::string& text)
     camera.eye = {values[0], values[1], values[2]};
     camera.target = {values[3], values[4], values[5]};
     camera.vertical_fov = values[6] * std::numbers::pi / 180;
-    if (const nook::Error error = nook::check_camera(camera)) fail(option, text_of(error));
+    if (const nook::Error error = nook::check_camera(camera)) fail(option, support::text_of(error));
     return camera;
 }
 

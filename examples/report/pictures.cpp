@@ -8,8 +8,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "../support/checked.hpp"
 #include "../support/colour_map.hpp"
-#include "checked.hpp"
 
 namespace report {
 
@@ -171,9 +171,9 @@ void write_figures(const std::filesystem::path& folder, const View& view, double
     nook::Image<float> visibility{view.width(), view.height()};
     nook::HeapScratch scratch;
     const auto run = [&](const nook::ChebyshevOptions& options) {
-        checked(nook::chebyshev_ao(view.depth.view(), visibility.view(), options, view.projection,
-                                   {}, scratch, threads),
-                "chebyshev_ao");
+        support::checked(nook::chebyshev_ao(view.depth.view(), visibility.view(), options,
+                                            view.projection, {}, scratch, threads),
+                         "chebyshev_ao");
         return support::halved(grey(visibility.view()));
     };
     nook::ChebyshevOptions plain;

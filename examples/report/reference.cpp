@@ -10,7 +10,7 @@
 #include <nook/scene/traced_ao.hpp>
 #include <nook/surface/height_field_ao.hpp>
 
-#include "checked.hpp"
+#include "../support/checked.hpp"
 
 namespace report {
 
@@ -19,7 +19,7 @@ namespace {
 /// Passes tasks on to the threads and says how many are done.
 struct Watched {
     nook::ThreadExecutor& threads;
-    Progress& progress;
+    support::Progress& progress;
     double first, last;  ///< the share of the step that this call makes up
 
     [[nodiscard]] int concurrency() const { return threads.concurrency(); }
@@ -39,8 +39,8 @@ struct Watched {
 /// Rays of the view that the height field may walk on one view: a second or two.
 constexpr double walk_budget = 1.5e8;
 
-void trace_height_field(const View& view, nook::ThreadExecutor& threads, Progress& progress,
-                        Reference& reference)
+void trace_height_field(const View& view, nook::ThreadExecutor& threads,
+                        support::Progress& progress, Reference& reference)
 {
     const int width = view.width(), height = view.height();
     const double pixels = nook::pixels_per_length(view.projection, reference.radius, view.median).y;
@@ -61,19 +61,20 @@ void trace_height_field(const View& view, nook::ThreadExecutor& threads, Progres
     nook::HeightFieldOptions options;
     options.radius = reference.radius;
     options.slices = reference.slices;
-    checked(nook::height_field_ao(view.depth.view(), view.normal(), reference.height_field.view(),
-                                  options, view.projection, {rows.view(), false},
-                                  nook::HeapScratch{}, Watched{threads, progress, 0, 1}),
-            "height_field_ao");
-    checked(nook::error_metrics(reference.height_field.view(), reference.visibility.view(),
-                                reference.unknown, counted.view()),
-            "error_metrics");
+    support::checked(
+        nook::height_field_ao(view.depth.view(), view.normal(), reference.height_field.view(),
+                              options, view.projection, {rows.view(), false}, nook::HeapScratch{},
+                              Watched{threads, progress, 0, 1}),
+        "height_field_ao");
+    support::checked(nook::error_metrics(reference.height_field.view(), reference.visibility.view(),
+                                         reference.unknown, counted.view()),
+                     "error_metrics");
 }
 
 }  // namespace
 
 Reference trace(const scenes::Scene& scene, const View& view, double radius, int rays,
-                nook::ThreadExecutor& threads, Progress& progress)
+                nook::ThreadExecutor& threads, support::Progress& progress)
 {
     using Clock = std::chrono::steady_clock;
     const auto seconds_since = [](Clock::time_point start) {
@@ -86,7 +87,7 @@ Reference trace(const scenes::Scene& scene, const View& view, double radius, int
     progress.step("building the hierarchy");
     auto start = Clock::now();
     nook::Bvh bvh;
-    checked(bvh.build(scene.mesh()), "Bvh::build");
+    support::checked(bvh.build(scene.mesh()), "Bvh::build");
     reference.build_seconds = seconds_since(start);
     reference.dropped = bvh.dropped();
 
@@ -99,11 +100,11 @@ Reference trace(const scenes::Scene& scene, const View& view, double radius, int
         options.radius = radius;
         options.directions = rays / 2;
         options.seed = static_cast<std::uint32_t>(half + 1);
-        const nook::Work work =
-            checked(nook::traced_ao(bvh, view.depth.view(), view.normal(), halves[half].view(),
-                                    options, view.projection, view.frame, {}, {},
-                                    Watched{threads, progress, 0.5 * half, 0.5 * half + 0.5}),
-                    "traced_ao");
+        const nook::Work work = support::checked(
+            nook::traced_ao(bvh, view.depth.view(), view.normal(), halves[half].view(), options,
+                            view.projection, view.frame, {}, {},
+                            Watched{threads, progress, 0.5 * half, 0.5 * half + 0.5}),
+            "traced_ao");
         reference.rays_traced += work.rays;
         reference.rays_skipped += work.skipped_rays;
     }
@@ -111,7 +112,7 @@ Reference trace(const scenes::Scene& scene, const View& view, double radius, int
 
     const nook::Measured difference =
         nook::rmse(halves[0].view(), halves[1].view(), view.surface.view());
-    if (!difference) throw support::Failure{"rmse: " + text_of(difference.error)};
+    if (!difference) throw support::Failure{"rmse: " + support::text_of(difference.error)};
     reference.standard_error = difference.value / 2;
     reference.visibility = std::move(halves[0]);
     const auto& other = halves[1];

@@ -7,7 +7,7 @@
 #include <nook/thread_executor.hpp>
 
 #include "../scenes/scene.hpp"
-#include "progress.hpp"
+#include "../support/progress.hpp"
 #include "view.hpp"
 
 namespace report {
@@ -40,6 +40,6 @@ struct Reference {
 };
 
 [[nodiscard]] Reference trace(const scenes::Scene& scene, const View& view, double radius, int rays,
-                              nook::ThreadExecutor& threads, Progress& progress);
+                              nook::ThreadExecutor& threads, support::Progress& progress);
 
 }  // namespace report

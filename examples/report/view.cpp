@@ -8,7 +8,7 @@
 
 #include <nook/scene/rasteriser.hpp>
 
-#include "checked.hpp"
+#include "../support/checked.hpp"
 
 namespace report {
 
@@ -41,7 +41,7 @@ nook::Camera checked_camera(const scenes::Scene& scene, const Options& options)
                                 nook::projection(camera, options.width, options.height),
                                 nook::GBuffer{})
                     .error;
-    if (error) throw support::Failure{scene.name + ": " + text_of(error)};
+    if (error) throw support::Failure{scene.name + ": " + support::text_of(error)};
     return camera;
 }
 
@@ -56,13 +56,14 @@ View draw(const scenes::Scene& scene, const Options& options, nook::ThreadExecut
     view.normals = {3 * width, height};
     view.face = {width, height};
     view.surface = {width, height};
-    checked(nook::rasterise(scene.mesh(), view.frame, view.projection,
-                            {view.depth.view(),
-                             nook::ImageView3<float>::interleaved(
-                                 view.normals.data(), width, height, std::ptrdiff_t{3} * width),
-                             view.face.view()},
-                            {}, nook::HeapScratch{}, threads),
-            "rasterise");
+    support::checked(
+        nook::rasterise(scene.mesh(), view.frame, view.projection,
+                        {view.depth.view(),
+                         nook::ImageView3<float>::interleaved(view.normals.data(), width, height,
+                                                              std::ptrdiff_t{3} * width),
+                         view.face.view()},
+                        {}, nook::HeapScratch{}, threads),
+        "rasterise");
 
     std::vector<float> distances;
     for (int y = 0; y < height; ++y)

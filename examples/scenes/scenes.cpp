@@ -31,6 +31,9 @@ std::span<const Entry> all()
         {"city", "a small desert city", [] { return city(); }},
         {"corridor", "a vaulted corridor, one surface that faces inwards",
          [] { return corridor(); }},
+        {"cup", "a tea cup with a handle, alone", [] { return cup(); }},
+        {"tree", "a tree with leaves, alone", [] { return tree(); }},
+        {"lathe", "a chess queen turned on a lathe, alone", [] { return lathe(); }},
         {"empty", "nothing but sky", [] { return empty(); }},
     };
     return entries;

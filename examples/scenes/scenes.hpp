@@ -93,6 +93,27 @@ struct CorridorOptions {
 };
 [[nodiscard]] Scene corridor(const CorridorOptions& options = {});
 
+/// A tea cup with a handle and a foot, alone: one closed surface of about 19 000 triangles of even
+/// size (González, Sbert & Feixas 2008, figure 3, shows such an object).
+struct CupOptions {
+    double edge = 0.046;  ///< of a triangle, relative to the radius of the rim, in [0.03, 0.1]
+};
+[[nodiscard]] Scene cup(const CupOptions& options = {});
+
+/// A tree, alone: trunk, branches and twigs are closed tubes that begin inside each other; each leaf
+/// is a sheet of two triangles, slightly folded.
+struct TreeOptions {
+    int leaves = 20;  ///< per twig, ≥ 0
+    std::uint64_t seed = 2;
+};
+[[nodiscard]] Scene tree(const TreeOptions& options = {});
+
+/// A chess queen, turned on a lathe, alone: one closed surface of about 30 000 triangles of even size.
+struct LatheOptions {
+    double edge = 0.036;  ///< of a triangle; the queen is 3.7 high; in [0.025, 0.06]
+};
+[[nodiscard]] Scene lathe(const LatheOptions& options = {});
+
 /// Nothing but sky.
 [[nodiscard]] Scene empty();
 

@@ -4,7 +4,7 @@
 
 #include <nook/scene/traced_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "random.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
@@ -30,7 +30,7 @@ double nook_open(double sigma, double)
     textbook::Mesh floor;
     floor.add_triangle({-1, 0, -1}, {-1, 0, 3}, {3, 0, -1});
     nook::Bvh bvh;
-    report::checked(bvh.build(floor.view()), "the floor");
+    support::checked(bvh.build(floor.view()), "the floor");
     using Options = nook::TracedOptions<nook::ExponentialFalloff>;
     return nook::traced_visibility(bvh, {0, 0, 0}, {0, 1, 0},
                                    Options{.directions = 64, .falloff = {sigma}});

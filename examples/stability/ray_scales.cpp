@@ -8,7 +8,7 @@
 #include <nook/owned_image.hpp>
 #include <nook/scene/traced_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
 
@@ -87,9 +87,9 @@ Visibility textbook_visibility(textbook::Offset offset)
 std::vector<double> nook_visibility(const Corner& scene)
 {
     nook::Bvh bvh;
-    report::checked(bvh.build(scene.mesh.view()), "the corner");
+    support::checked(bvh.build(scene.mesh.view()), "the corner");
     nook::Image<double> visibility{static_cast<int>(scene.positions.size()), 1};
-    report::checked(
+    support::checked(
         nook::traced_ao(bvh,
                         nook::ShadingPoints{&scene.positions.front().x, &scene.normals.front().x,
                                             scene.positions.size()},

@@ -8,7 +8,7 @@
 #include <nook/scene/rasteriser.hpp>
 #include <nook/scene/traced_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "random.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
@@ -73,7 +73,7 @@ struct Plane {
 nook::Bvh built(const Mesh& mesh)
 {
     nook::Bvh bvh;
-    report::checked(bvh.build(mesh.view()), "a plane");
+    support::checked(bvh.build(mesh.view()), "a plane");
     return bvh;
 }
 
@@ -164,12 +164,12 @@ void add_points(Family& family, const PointCase& subject, const Label& ours)
 
         const nook::ShadingPoints points{&point.x, &normal.x, 1};
         nook::Image<double> visibility{1, 1};
-        report::checked(nook::traced_ao(built(plane.mesh), points, visibility.view(), options),
-                        "a point");
+        support::checked(nook::traced_ao(built(plane.mesh), points, visibility.view(), options),
+                         "a point");
         nook_tally.hits += direction_count * (1 - visibility(0, 0));
         nook_tally.rays += direction_count;
         const DistanceOptions distance{.directions = 1, .seed = trial};
-        report::checked(
+        support::checked(
             nook::traced_ao(built(plane.with_ceiling()), points, visibility.view(), distance),
             "a point");
         if (const auto h = height(plane, distance, glm::dvec3{normal}, 0, visibility(0, 0)))
@@ -222,7 +222,7 @@ void add_pixels(Family& family, const PictureCase& subject, const Label& ours, c
     std::vector<float> normals(std::size_t{3} * columns * rows);
     const auto normal_view =
         nook::ImageView3<float>::interleaved(normals.data(), columns, rows, 3 * columns);
-    report::checked(
+    support::checked(
         nook::rasterise(plane.mesh.view(), frame, projection,
                         {.depth = depth.view(), .normal = normal_view, .face = ids.view()}),
         "the plane");
@@ -270,16 +270,16 @@ void add_pixels(Family& family, const PictureCase& subject, const Label& ours, c
     };
     trace(ours, [&](const nook::Bvh& scene, const Mesh&, nook::Image<double>& output,
                     const auto& traced_options) {
-        report::checked(nook::traced_ao(scene, depth.view(), normal_view, output.view(),
-                                        traced_options, projection, frame),
-                        "the plane");
+        support::checked(nook::traced_ao(scene, depth.view(), normal_view, output.view(),
+                                         traced_options, projection, frame),
+                         "the plane");
     });
     trace(faces, [&](const nook::Bvh& scene, const Mesh& mesh, nook::Image<double>& output,
                      const auto& traced_options) {
-        report::checked(nook::traced_ao(scene, depth.view(), normal_view,
-                                        nook::SourceFaces{ids.view(), mesh.view()}, output.view(),
-                                        traced_options, projection, frame),
-                        "the plane");
+        support::checked(nook::traced_ao(scene, depth.view(), normal_view,
+                                         nook::SourceFaces{ids.view(), mesh.view()}, output.view(),
+                                         traced_options, projection, frame),
+                         "the plane");
     });
 }
 

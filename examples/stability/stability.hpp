@@ -127,4 +127,10 @@ void write_terrain(const std::filesystem::path& path);
 /// A blur beside the sky.
 [[nodiscard]] Family surface_blur();
 
+// --- the family of the viewpoint channel ----------------------------------------------------------
+
+/// Mutual information of polygons and viewpoints: equal polygons, large counts, many polygons, small
+/// triangles.
+[[nodiscard]] Family information();
+
 }  // namespace stability

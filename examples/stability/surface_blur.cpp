@@ -6,7 +6,7 @@
 #include <nook/owned_image.hpp>
 #include <nook/surface/bilateral.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "stability.hpp"
 
 namespace stability {
@@ -79,9 +79,9 @@ Image<float> gaussian_range(const Image<float>& visibility, const Image<float>& 
 Image<float> nook_blur(const Image<float>& visibility, const Image<float>& depth)
 {
     Image<float> result{columns, rows};
-    report::checked(nook::bilateral_blur(visibility.view(), depth.view(), result.view(),
-                                         {.radius = radius}, projection),
-                    "bilateral_blur");
+    support::checked(nook::bilateral_blur(visibility.view(), depth.view(), result.view(),
+                                          {.radius = radius}, projection),
+                     "bilateral_blur");
     return result;
 }
 

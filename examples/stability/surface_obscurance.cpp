@@ -10,7 +10,7 @@
 #include <nook/owned_image.hpp>
 #include <nook/surface/alchemy_ao.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "random.hpp"
 #include "stability.hpp"
 
@@ -235,9 +235,9 @@ Image<double> nook_alchemy(const Scene& scene, AlchemyFalloff falloff, bool bias
     nook::AlchemyOptions options = options_of(scene, falloff);
     if (!biased) options.bias = 0;
     Image<float> visibility{columns, rows};
-    report::checked(nook::alchemy_ao(scene.depth_source(), scene.normal_source(), visibility.view(),
-                                     options, scene.projection),
-                    "alchemy_ao");
+    support::checked(nook::alchemy_ao(scene.depth_source(), scene.normal_source(),
+                                      visibility.view(), options, scene.projection),
+                     "alchemy_ao");
     Image<double> result{columns, rows};
     std::copy(visibility.begin(), visibility.end(), result.begin());
     return result;

@@ -154,8 +154,8 @@ void print_tables(std::ostream& out, const std::vector<Family>& families)
 
 std::vector<Family> run(const Options& options)
 {
-    return {depth_filters(options), watertightness(),     self_hits(),   falloffs(),
-            ray_scales(),           surface_obscurance(), surface_blur()};
+    return {depth_filters(options), watertightness(),     self_hits(),    falloffs(),
+            ray_scales(),           surface_obscurance(), surface_blur(), information()};
 }
 
 }  // namespace stability

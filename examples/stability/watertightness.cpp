@@ -8,7 +8,7 @@
 
 #include <nook/scene/bvh.hpp>
 
-#include "../report/checked.hpp"
+#include "../support/checked.hpp"
 #include "random.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
@@ -197,7 +197,7 @@ Family watertightness()
         for (const glm::dvec3& vertex : unit.vertices)
             mesh.vertices.emplace_back(vertex * subject.radius + subject.offset);
         nook::Bvh bvh;
-        report::checked(bvh.build(mesh.view()), "the ball");
+        support::checked(bvh.build(mesh.view()), "the ball");
         const std::vector<AimedRay> rays = aimed_rays(mesh, subject);
         for (const HitAlgorithm& algorithm : algorithms) {
             const auto misses = std::count_if(rays.begin(), rays.end(), [&](const AimedRay& ray) {

@@ -80,7 +80,7 @@ foreach(option --scene --size --camera --ortho --radius --rays --threads --out -
 endforeach()
 run(--list)
 check("--list succeeds" [[status EQUAL 0]])
-foreach(scene bowl boxes stairs chains terrain floor curtain arcade temple city corridor empty)
+foreach(scene bowl boxes stairs chains terrain floor curtain arcade temple city corridor cup tree lathe empty)
     string(FIND "${out}" "${scene}" at)
     check("--list has ${scene}" [[NOT at EQUAL -1]])
 endforeach()

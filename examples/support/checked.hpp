@@ -4,9 +4,9 @@
 
 #include <nook/outcome.hpp>
 
-#include "../support/failure.hpp"
+#include "failure.hpp"
 
-namespace report {
+namespace support {
 
 /// The error as text.
 [[nodiscard]] inline std::string text_of(const nook::Error& error)
@@ -16,11 +16,11 @@ namespace report {
     return text;
 }
 
-/// Throws support::Failure if the call failed.
+/// Throws Failure if the call failed.
 inline nook::Work checked(const nook::Outcome& outcome, const char* what)
 {
-    if (!outcome) throw support::Failure{std::string{what} + ": " + text_of(outcome.error)};
+    if (!outcome) throw Failure{std::string{what} + ": " + text_of(outcome.error)};
     return outcome.work;
 }
 
-}  // namespace report
+}  // namespace support

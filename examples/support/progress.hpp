@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-namespace report {
+namespace support {
 
 /// One line on stderr that says what is being done. Silent when stderr is no terminal.
 class Progress {
@@ -29,4 +29,4 @@ private:
     std::size_t shown_ = 0;
 };
 
-}  // namespace report
+}  // namespace support

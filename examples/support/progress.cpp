@@ -6,7 +6,7 @@
 #include <unistd.h>
 #endif
 
-namespace report {
+namespace support {
 
 Progress::Progress()
 {
@@ -47,4 +47,4 @@ void Progress::show(const std::string& line)
     shown_ = line.size();
 }
 
-}  // namespace report
+}  // namespace support
