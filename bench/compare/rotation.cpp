@@ -25,7 +25,9 @@ double timed(const Contender& contender, int calls, Clock clock)
     return (std::max)(now(clock) - start, 1e-9) / calls;
 }
 
-Summary summary(std::vector<double> values)
+}  // namespace
+
+Summary summary_of(std::vector<double> values)
 {
     std::sort(values.begin(), values.end());
     const auto quantile = [&](double share) {
@@ -36,8 +38,6 @@ Summary summary(std::vector<double> values)
     };
     return {quantile(0.5), quantile(0.25), quantile(0.75)};
 }
-
-}  // namespace
 
 Times::Times(const std::vector<Contender>& contenders, const Effort& effort)
     : seconds_(contenders.size())
@@ -56,7 +56,7 @@ Times::Times(const std::vector<Contender>& contenders, const Effort& effort)
         }
 }
 
-Summary Times::seconds(std::size_t contender) const { return summary(seconds_[contender]); }
+Summary Times::seconds(std::size_t contender) const { return summary_of(seconds_[contender]); }
 
 double Times::least_seconds(std::size_t contender) const
 {
@@ -68,7 +68,7 @@ Summary Times::ratio(std::size_t one, std::size_t other) const
     std::vector<double> ratios;
     for (std::size_t round = 0; round < seconds_[one].size(); ++round)
         ratios.push_back(seconds_[one][round] / seconds_[other][round]);
-    return summary(std::move(ratios));
+    return summary_of(std::move(ratios));
 }
 
 }  // namespace compare

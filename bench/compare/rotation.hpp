@@ -19,6 +19,9 @@ struct Summary {
     double median = 0, lower = 0, upper = 0;
 };
 
+/// Of one value or more.
+[[nodiscard]] Summary summary_of(std::vector<double> values);
+
 /// What a turn is timed with. The processor's time leaves out what other programs took, but adds up
 /// the threads.
 enum class Clock { processor, wall };

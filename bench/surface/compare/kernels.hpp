@@ -18,27 +18,13 @@
 
 #include "compare/targets.hpp"
 #include "compare/threads.hpp"
+#include "compare/workspace.hpp"
 
 namespace compare {
 
 using Depth = nook::ImageView<const float>;
 using Normals = nook::ImageView3<const float>;
 using Visibility = nook::ImageView<float>;
-
-/// Scratch that grows. All instruction sets share its code.
-class Workspace {
-public:
-    Workspace() = default;
-    Workspace(const Workspace&) = delete;
-    Workspace& operator=(const Workspace&) = delete;
-    ~Workspace();
-
-    [[nodiscard]] void* reserve(std::size_t bytes);
-
-private:
-    void* data_ = nullptr;
-    std::size_t size_ = 0;
-};
 
 /// What every kernel takes besides its options.
 struct Job {

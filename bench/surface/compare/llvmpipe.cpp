@@ -2,17 +2,10 @@
 
 #if defined(NOOK_COMPARE_EGL)
 
-// EGL's headers would otherwise include those of the window system.
-#define EGL_NO_X11
-#define MESA_EGL_NO_X11_HEADERS
-
-#include <cstdlib>
 #include <numbers>
 #include <sstream>
 #include <vector>
 
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
 #include <GLES3/gl3.h>
 
 #include "compare/failure.hpp"
@@ -21,46 +14,6 @@
 namespace compare {
 
 namespace {
-
-/// The platforms without a window system, in the words of two extensions.
-constexpr EGLenum surfaceless_platform = 0x31DD;
-
-/// Makes a context without a surface current, for good. Returns the name of its renderer, or nothing.
-std::string make_context()
-{
-    // Before Mesa loads its drivers: this one, on the calling thread, nothing written to disk.
-    setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
-    setenv("GALLIUM_DRIVER", "llvmpipe", 1);
-    setenv("LP_NUM_THREADS", "0", 1);
-    setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
-    const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
-        eglGetProcAddress("eglGetPlatformDisplayEXT"));
-    if (get_display == nullptr) return {};
-    const EGLDisplay display = get_display(surfaceless_platform, EGL_DEFAULT_DISPLAY, nullptr);
-    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return {};
-    const EGLint wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT,
-                             EGL_NONE};
-    const EGLint version[] = {EGL_CONTEXT_CLIENT_VERSION, 3, EGL_NONE};
-    EGLConfig config = nullptr;
-    EGLint count = 0;
-    if (!eglBindAPI(EGL_OPENGL_ES_API) || !eglChooseConfig(display, wanted, &config, 1, &count) ||
-        count < 1)
-        return {};
-    const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, version);
-    if (context == EGL_NO_CONTEXT ||
-        !eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context))
-        return {};
-    const auto text = [](GLenum what) -> std::string {
-        const GLubyte* const bytes = glGetString(what);
-        return bytes != nullptr ? reinterpret_cast<const char*>(bytes) : "";
-    };
-    const std::string renderer = text(GL_RENDERER);
-    // Another renderer is another comparison; so is one without float targets.
-    if (renderer.find("llvmpipe") == std::string::npos ||
-        text(GL_EXTENSIONS).find("GL_EXT_color_buffer_float") == std::string::npos)
-        return {};
-    return renderer + ", " + text(GL_VERSION);
-}
 
 constexpr const char* vertex_source =
     "#version 300 es\n"
@@ -141,20 +94,6 @@ std::string fragment_source(const nook::AlchemyOptions& options, ShaderPattern p
     return source.str();
 }
 
-GLuint shader(GLenum kind, const std::string& source)
-{
-    const GLuint result = glCreateShader(kind);
-    const char* const text = source.c_str();
-    glShaderSource(result, 1, &text, nullptr);
-    glCompileShader(result);
-    GLint fine = 0;
-    glGetShaderiv(result, GL_COMPILE_STATUS, &fine);
-    if (fine) return result;
-    char why[512] = "";
-    glGetShaderInfoLog(result, sizeof why, nullptr, why);
-    throw Failure{std::string{"llvmpipe compiles no shader: "} + why};
-}
-
 GLuint texture(GLint format, int width, int height, GLenum channels, const float* data)
 {
     GLuint result = 0;
@@ -167,12 +106,6 @@ GLuint texture(GLint format, int width, int height, GLenum channels, const float
 }
 
 }  // namespace
-
-const std::string& llvmpipe_version()
-{
-    static const std::string version = make_context();
-    return version;
-}
 
 struct ShaderAo::Objects {
     int width, height;
@@ -214,19 +147,8 @@ ShaderAo::~ShaderAo()
 
 unsigned ShaderAo::compile(const nook::AlchemyOptions& options, ShaderPattern pattern)
 {
-    const GLuint program = glCreateProgram();
+    const GLuint program = llvmpipe_program(vertex_source, fragment_source(options, pattern));
     objects_->programs.push_back(program);
-    const GLuint vertex = shader(GL_VERTEX_SHADER, vertex_source);
-    const GLuint fragment = shader(GL_FRAGMENT_SHADER, fragment_source(options, pattern));
-    glAttachShader(program, vertex);
-    glAttachShader(program, fragment);
-    glLinkProgram(program);
-    glDeleteShader(vertex);
-    glDeleteShader(fragment);
-    GLint fine = 0;
-    glGetProgramiv(program, GL_LINK_STATUS, &fine);
-    if (!fine) throw Failure{"llvmpipe links no program"};
-
     const outlines::TextbookNumbers n = outlines::textbook_numbers(options, objects_->projection);
     glUseProgram(program);
     const auto at = [&](const char* name) { return glGetUniformLocation(program, name); };
@@ -287,12 +209,6 @@ nook::Image<float> ShaderAo::read() const
 #else
 
 namespace compare {
-
-const std::string& llvmpipe_version()
-{
-    static const std::string none;
-    return none;
-}
 
 // Nobody makes one without a version.
 struct ShaderAo::Objects {};

@@ -1,18 +1,13 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include <nook/owned_image.hpp>
 
+#include "compare/llvmpipe_context.hpp"
 #include "pictures.hpp"
 
-/// Mesa's rasteriser for the CPU, which compiles shaders to vector code.
 namespace compare {
-
-/// Who draws, and the version of Mesa; empty when the program was built without EGL, or when this
-/// machine has no such renderer.
-[[nodiscard]] const std::string& llvmpipe_version();
 
 /// Which of sixteen rotations of the samples a pixel takes.
 enum class ShaderPattern {
@@ -40,19 +35,6 @@ public:
 private:
     struct Objects;
     std::unique_ptr<Objects> objects_;
-};
-
-/// Keeps this thread on the CPU that it runs on, where the system lets it.
-class Pinned {
-public:
-    Pinned();
-    ~Pinned();
-    Pinned(const Pinned&) = delete;
-    Pinned& operator=(const Pinned&) = delete;
-
-private:
-    struct Before;
-    std::unique_ptr<Before> before_;
 };
 
 }  // namespace compare

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "common.hpp"
+#include "compare/pinned.hpp"
 #include "llvmpipe.hpp"
 
 namespace compare {

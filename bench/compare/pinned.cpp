@@ -1,4 +1,4 @@
-#include "llvmpipe.hpp"
+#include "pinned.hpp"
 
 #if defined(__linux__)
 

@@ -1,6 +1,6 @@
-#include <new>
+#include "workspace.hpp"
 
-#include "kernels.hpp"
+#include <new>
 
 namespace compare {
 
