@@ -52,10 +52,11 @@ std::vector<int> read_windows(std::string_view text)
 bool read_command_line(int argc, const char* const* argv, CommandLine& result)
 {
     CLI::App app{
-        "Prints how depth filters, rays, and kernels over depth and normals stand stiff, extreme "
-        "and\n"
-        "poisoned inputs, beside the textbook ways to compute the same, all against what is known\n"
-        "exactly of the same input. A number of a depth filter is the worst over the windows.",
+        "Prints how depth filters, rays, kernels over depth and normals, and the channel between\n"
+        "viewpoints and polygons stand stiff, extreme and poisoned inputs, beside the textbook "
+        "ways\n"
+        "to compute the same, all against what is known exactly of the same input. A number of a\n"
+        "depth filter is the worst over the windows.",
         "nook-stability"};
     support::set_up(app);
     std::string windows = "3,17,65";

@@ -30,6 +30,12 @@ namespace nook::inline NOOK_TARGET::detail {
                                                                                    << 52;
 }
 
+/// 2^exponent, a normal number.
+[[nodiscard]] constexpr double power_of_two(int exponent)
+{
+    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
+}
+
 /// An image that a kernel reads: data where there are pixels, no negative size.
 template <class T>
 [[nodiscard]] constexpr Error check_input(const ImageView<T>& image, const char* name)

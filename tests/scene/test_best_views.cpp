@@ -287,6 +287,36 @@ TEST_CASE("equal views come in the order of their numbers though their sums are 
     CHECK(best(channel, {.count = 1})[0].view == 0);
 }
 
+TEST_CASE("views that are equal in pairs, but not all, are told apart alike by choice and ranking")
+{
+    // Each of three views is a little better than the one before it.
+    for (int step = 1; step <= 60; ++step) {
+        const double better = step * 1e-13;
+        const auto channel = channel_of({2, 1, 2, 1 + better, 2, 1 + 2 * better, 1, 5}, 4);
+        CHECK(best(channel, {.count = 1})[0].view == ranking(channel)[0].view);
+    }
+}
+
+TEST_CASE("saliency of any size says the same")
+{
+    const auto channel = channel_of({2, 1, 1, 0, 2, 2}, 2);
+    const double saliency[] = {1, 0.5, 2};
+    const auto expected = ranking(channel, saliency);
+    REQUIRE(expected.size() == 2);
+    for (const double scale : {1e-300, 1e300, 8e307}) {
+        const double scaled[] = {scale, 0.5 * scale, 2 * scale};
+        const auto ranked = ranking(channel, scaled);
+        REQUIRE(ranked.size() == 2);
+        for (std::size_t i = 0; i < 2; ++i) {
+            CHECK(ranked[i].view == expected[i].view);
+            CHECK(std::fabs(ranked[i].information - expected[i].information) < 1e-14);
+        }
+        const auto chosen = best(channel, {.saliency = scaled});
+        REQUIRE(chosen.size() == 2);
+        CHECK(chosen[0].information == ranked[0].information);
+    }
+}
+
 TEST_CASE("the choice does not depend on threads or on what scratch held")
 {
     std::mt19937 random{8};

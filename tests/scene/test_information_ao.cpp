@@ -821,6 +821,7 @@ TEST_CASE("Arguments that maps cannot be made of are refused, and nothing is wri
         CHECK(error({.samples_per_polygon = bad}).code == ErrorCode::bad_value);
         CHECK(error({.equal_within = bad}).code == ErrorCode::bad_value);
     }
+    CHECK(error({.probability = ViewProbability{3}}).code == ErrorCode::bad_value);
     CHECK(error({.probability = ViewProbability::importance}).code == ErrorCode::null_data);
     std::vector<double> importance(12, 0.0);
     const InformationOptions important{.probability = ViewProbability::importance,

@@ -359,6 +359,11 @@ TEST_CASE("viewpoint saliency hands out the saliency of what is seen")
         sum += shown[v];
     }
     CHECK(std::fabs(sum - whole) < 1e-12 * whole);
+    // Up to the end of the range.
+    for (double& s : saliency) s *= 3e305;
+    REQUIRE(nook::viewpoint_saliency(channel, saliency.data(), shown.data()));
+    for (std::size_t v = 0; v < 17; ++v)
+        CHECK(std::fabs(shown[v] / 3e305 - expected[v]) < 1e-12 * expected[v]);
 }
 
 TEST_CASE("saliency does not depend on threads or on what scratch held")

@@ -81,6 +81,16 @@ TEST_CASE("Information that is equal up to rounding is 1 everywhere, not full-ra
     CHECK(normalised<float>({1.0f, 1.001f}) == std::vector<float>{1, 0});
 }
 
+TEST_CASE("Ranges at both ends of double are normalised")
+{
+    constexpr double most = std::numeric_limits<double>::max();
+    CHECK(normalised<double>({most, -most, 0, most / 2}) == std::vector<float>{0, 1, 0.5f, 0.25f});
+    CHECK(normalised<double>({0, most}) == std::vector<float>{1, 0});
+    // No tolerance, and a range whose reciprocal is too large.
+    CHECK(normalised<double>({0, 5e-324, 1e-310}, {}, 0) == std::vector<float>{1, 1, 1});
+    CHECK(normalised<double>({0, 1e-290}, {}, 0) == std::vector<float>{1, 0});
+}
+
 TEST_CASE("Information may be normalised in place")
 {
     std::vector<float> values{3, 1, 2};
@@ -144,6 +154,19 @@ TEST_CASE("Angles do not notice how a flat face is cut into triangles")
     };
     CHECK(corner(3) == doctest::Approx(corner(1)).epsilon(1e-6));
     CHECK(corner(7) == doctest::Approx(corner(1)).epsilon(1e-6));
+}
+
+TEST_CASE("The sharpest corner of a triangle gets its value, too")
+{
+    // Seen from the tip, the two other corners lie in one direction to the precision of double.
+    Mesh mesh;
+    const auto a = mesh.vertex({0, 0, 0}), b = mesh.vertex({1e-20, 0, 0}),
+               tip = mesh.vertex({3, 1, 0});
+    mesh.face(a, b, tip);
+    for (const VertexWeight weight : {VertexWeight::angle, VertexWeight::area}) {
+        const auto values = to_vertices(mesh, {0.75f}, {}, weight);
+        for (const auto vertex : {a, b, tip}) CHECK(values[vertex] == 0.75f);
+    }
 }
 
 TEST_CASE("Unseen and unusable triangles and values that are not finite take no part")

@@ -223,6 +223,15 @@ TEST_CASE("tints survive the normalisation")
     CHECK(visibility[10] == 0);
     CHECK(visibility[11] == 1);
     CHECK(visibility[0] == doctest::Approx(2.0 / 3));
+    // A range beyond that of double.
+    constexpr double most = std::numeric_limits<double>::max();
+    poisoned.assign(12, 0);
+    poisoned[0] = most;
+    poisoned[1] = -most;
+    REQUIRE_FALSE(nook::relit_visibility(channel, poisoned.data(), visibility));
+    CHECK(visibility[0] == 0);
+    CHECK(visibility[1] == 1);
+    CHECK(visibility[2] == 0.5f);
 }
 
 TEST_CASE("light from one side tints the side of a body that faces it")

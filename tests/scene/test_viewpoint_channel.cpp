@@ -626,6 +626,13 @@ TEST_CASE("bad arguments are told, and leave the channel as it was")
           65536);
     check(build({.resolution = 0}), ErrorCode::bad_value, "options.resolution", 0);
     check(build({.resolution = 32769}), ErrorCode::bad_value, "options.resolution", 32769);
+    // Counts of 16 samples to a pixel have to fit into 32 bits.
+    const std::vector<std::uint8_t> levels(mesh.indices.size() / 3, 0);
+    check(build({.resolution = 16384, .levels = levels.data()}), ErrorCode::bad_value,
+          "options.resolution", 16384);
+    check(build({.probability = ViewProbability{3}}), ErrorCode::bad_value, "options.probability",
+          3);
+    check(channel.set_probability(ViewProbability{255}), ErrorCode::bad_value, "probability", 255);
     check(build({.probability = ViewProbability::importance}), ErrorCode::null_data,
           "options.importance", 0);
     const double importance[] = {1, 0, 1, 1, 0, -2};

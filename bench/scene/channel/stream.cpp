@@ -12,19 +12,22 @@ namespace compare {
 
 namespace {
 
-/// Room for what the paper's maps need.
+/// Room for what the paper's maps need, unseen polygons flagged.
 struct Maps {
     std::vector<float> pmi, visibility;
+    std::vector<nook::PolygonState> state;
 
     explicit Maps(const Subject& subject)
         : pmi(subject.mesh.triangles()),
-          visibility(subject.mesh.triangles())
+          visibility(subject.mesh.triangles()),
+          state(subject.mesh.triangles())
     {}
     [[nodiscard]] nook::InformationMaps view()
     {
         nook::InformationMaps maps;
         maps.pmi = pmi.data();
         maps.visibility = visibility.data();
+        maps.state = state.data();
         return maps;
     }
 };

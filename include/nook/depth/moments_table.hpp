@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include <nook/checks.hpp>
 #include <nook/lanes.hpp>
 #include <nook/target.hpp>
 
@@ -96,12 +97,6 @@ template <int N, bool masked, bool wide, class Slack>
                                             const Lanes<double, N>& per_area, const Slack& slack);
 
 // --- bodies
-
-/// 2^exponent.
-[[nodiscard]] inline double power_of_two(int exponent)
-{
-    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
-}
 
 template <class Distance>
 FixedPoint fixed_point(Distance least, Distance largest, double samples, bool outliers)

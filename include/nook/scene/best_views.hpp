@@ -212,7 +212,7 @@ inline double merged_information(const ViewpointChannel& channel, const std::uin
     for (std::size_t o = 0; o < channel.polygon_count(); ++o) mass.add(merged(o));
     if (!(mass.total() > 0)) return 0;
     for (std::size_t o = 0; o < channel.polygon_count(); ++o)
-        if (const double p = merged(o) / mass.total(); p > 0)
+        if (const double p = detail::rounded(merged(o) / mass.total()); p > 0)
             divergence.add(p * std::log2(p / target[o]));
     return (std::max)(divergence.total(), 0.0);
 }

@@ -6,6 +6,7 @@
 
 #include <nook/checks.hpp>
 #include <nook/execution.hpp>
+#include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
 #include <nook/scene/channel_measures.hpp>
 #include <nook/scene/channel_sums.hpp>
@@ -70,7 +71,8 @@ private:
     LongSum sum;
     rows.visit(o, [&](std::size_t v, auto amount) {
         const double q = double(amount) * rows.scale[v];
-        if (q > 0) sum.add(q / p * logarithm(rows.log2_of(amount) - rows.log_area[v] - log_p));
+        if (q > 0)
+            sum.add(rounded(q / p) * logarithm(rows.log2_of(amount) - rows.log_area[v] - log_p));
     });
     return information_of(sum.total());
 }

@@ -232,7 +232,8 @@ Outcome information_ao(const MeshView& mesh, const Camera* views, std::size_t vi
         return important ? options.importance[v] * shrink : 1;
     };
     const auto wanted = [&](std::size_t v) {
-        return !important || weight(v) > largest * shrink * detail::least_channel_share;
+        return !important ||
+               weight(v) > detail::rounded(largest * shrink) * detail::least_channel_share;
     };
 
     InformationReport found{};

@@ -67,17 +67,21 @@ private:
     {
         Vector3 kept[most];
         int count = 0;
+        const auto add = [&](const Vector3& p) {
+            if (count < most) kept[count++] = p;
+        };
         for (int i = 0; i < count_; ++i) {
             const Vector3 a = corners_[i], b = corners_[i + 1 < count_ ? i + 1 : 0];
             const double at_a = inside(a), at_b = inside(b);
-            if (at_a >= 0) kept[count++] = a;
-            if ((at_a < 0) != (at_b < 0)) kept[count++] = a + (b - a) * (at_a / (at_a - at_b));
+            if (!(at_a < 0)) add(a);
+            if ((at_a < 0) != (at_b < 0)) add(a + (b - a) * (at_a / (at_a - at_b)));
         }
         for (int i = 0; i < count; ++i) corners_[i] = kept[i];
         count_ = count;
     }
 
-    /// Each of six planes adds a corner; two more where rounding makes an edge cross twice.
+    /// Each of six planes adds a corner, and more where rounding or overflow makes an outline cross it
+    /// more than twice.
     static constexpr int most = 16;
     Vector3 corners_[most];
     int count_ = 3;

@@ -175,8 +175,9 @@ Outcome viewpoint_saliency(const ViewpointChannel& channel, const double* salien
     const auto add = [&](std::size_t o, double* sums) {
         if (!channel.seen(o)) return;
         const double p = channel.p_polygon(o);
-        channel.for_each_view(
-            o, [&](std::size_t v, double, double q) { sums[v] += q / p * saliency[o]; });
+        channel.for_each_view(o, [&](std::size_t v, double, double q) {
+            sums[v] += detail::rounded(q / p) * saliency[o];
+        });
     };
     Outcome outcome = detail::with_view_sums(
         channel.rows(), scratch, executor,

@@ -86,8 +86,8 @@ struct VertexSum {
 class TurnedRange {
 public:
     TurnedRange(double least, double most)
-        // Halves where the range itself is beyond that of double.
-        : unit_{is_finite(most - least) ? 1 : 0.5},
+        // Where the range, or its reciprocal, might be beyond that of double.
+        : unit_{most - least < 0x1p1000 ? 1 : 0x1p-30},
           most_{rounded(most * unit_)},
           range_{most_ - rounded(least * unit_)}
     {}

@@ -77,7 +77,7 @@ NOOK_NOINLINE inline void relit_polygon(const ViewpointChannel& channel, const f
     const double p_polygon = channel.p_polygon(o);
     channel.for_each_view(o, [&](std::size_t v, double, double joint) {
         skip_to(v);
-        const double given = joint / p_polygon, p = channel.p_view(v);
+        const double given = rounded(joint / p_polygon), p = channel.p_view(v);
         const double term = rounded(given * std::log(given / p));
         add(v, balanced ? larger(term + (p - given), 0.0) : term);
     });

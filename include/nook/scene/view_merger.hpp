@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <nook/checks.hpp>
 #include <nook/lanes.hpp>
 #include <nook/scene/channel_sums.hpp>
 #include <nook/scene/viewpoint_channel.hpp>
@@ -43,7 +44,7 @@ public:
 private:
     [[nodiscard]] double product(std::size_t o) const
     {
-        return channel_.p_polygon(o) * (saliency_[o] * scale_);
+        return channel_.p_polygon(o) * rounded(saliency_[o] * scale_);
     }
 
     const ViewpointChannel& channel_;

@@ -6,6 +6,7 @@
 
 #include <nook/checks.hpp>
 #include <nook/execution.hpp>
+#include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
 #include <nook/scene/camera.hpp>
 #include <nook/scene/memory.hpp>
@@ -115,7 +116,8 @@ public:
     /// p(v|o); 0 for polygons that no view of p(v) > 0 sees.
     [[nodiscard]] double p_view_given_polygon(std::size_t v, std::size_t o) const
     {
-        return seen(o) ? rows_.amount(v, o) * rows_.scale[v] / rows_.p_polygon[o] : 0;
+        return seen(o) ? detail::rounded(rows_.amount(v, o) * rows_.scale[v]) / rows_.p_polygon[o]
+                       : 0;
     }
     /// Some view of p(v) > 0 sees polygon o: p(o) > 0.
     [[nodiscard]] bool seen(std::size_t o) const { return rows_.p_polygon[o] > 0; }
@@ -177,8 +179,7 @@ Outcome ViewpointChannel::build(const MeshView& mesh, const Camera* views, std::
     if (options.levels != nullptr && options.resolution > detail::largest_levelled_resolution)
         return {{ErrorCode::bad_value, "options.resolution", double(options.resolution),
                  "1 to 16383 pixels with levels"}};
-    if (const Error error =
-            detail::check_probability(options.probability, "options.probability"))
+    if (const Error error = detail::check_probability(options.probability, "options.probability"))
         return {error};
     const bool important = options.probability == ViewProbability::importance;
     if (important)

@@ -27,7 +27,8 @@ namespace nook::inline NOOK_TARGET::detail {
     }
     const int exponent = channel_exponent(largest);
     rows.unit = power_of_two(exponent);
-    const double scale = power_of_two(-exponent), least = largest * scale * least_channel_share;
+    const double scale = power_of_two(-exponent),
+                 least = rounded(largest * scale) * least_channel_share;
     const auto amount = [&](std::size_t v, std::size_t o) {
         const double a = areas[v * rows.polygon_count + o] * scale;
         return a < least ? 0 : a;

@@ -37,12 +37,6 @@ private:
 /// Areas and weights below this share of the largest count as 0, so that no product underflows.
 inline constexpr double least_channel_share = 0x1p-400;
 
-/// 2^exponent, a normal number.
-[[nodiscard]] constexpr double power_of_two(int exponent)
-{
-    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
-}
-
 /// Of the power of two by which areas and weights are divided: exactly, and then sums and quotients of
 /// what counts stay far from the ends of the range.
 [[nodiscard]] constexpr int channel_exponent(double largest)
@@ -203,7 +197,7 @@ void find_view_probabilities(ChannelRows& rows, const Weight& weight)
     for (std::size_t v = 0; v < rows.view_count; ++v)
         if (rows.view_area[v] > 0) largest = larger(largest, static_cast<double>(weight(v)));
     const double scale = power_of_two(-channel_exponent(largest));
-    const double least = largest * scale * least_channel_share;
+    const double least = rounded(largest * scale) * least_channel_share;
     LongSum sum;
     for (std::size_t v = 0; v < rows.view_count; ++v) {
         const double share = rows.view_area[v] > 0 ? static_cast<double>(weight(v)) * scale : 0;

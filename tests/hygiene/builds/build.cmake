@@ -3,7 +3,7 @@
 include(${CMAKE_CURRENT_LIST_DIR}/../common.cmake)
 
 separate_arguments(FLAGS UNIX_COMMAND "${FLAGS}")
-foreach(name depths rays surfaces)
+foreach(name channel depths rays surfaces)
     set(program ${WORK_DIR}/${name})
     check_command(${COMPILER} ${strict_flags} ${FLAGS} ${CMAKE_CURRENT_LIST_DIR}/${name}.cpp -o ${program})
     if(EXISTS ${program})

@@ -72,7 +72,16 @@ Answers run(const char* name, void (*draw)(const GBuffer&, nook::Outcome*),
         for (const float value : *image) dark += value < 0.95f;
         check(dark > 100 && dark < width * height, name, "the scene is partly shaded");
     }
+    for (const float bits : answers.information)
+        check(bits > 0.01f && bits < 4, name, "the viewpoints tell triangles apart");
     return answers;
+}
+
+void compare_information(const char* name, const Answers& plain, const Answers& other)
+{
+    for (int i = 0; i < 5; ++i)
+        check(std::fabs(plain.information[i] - other.information[i]) < 1e-6f, name,
+              "information is that of the plain unit");
 }
 
 void compare(const char* name, const Pictures& plain, const Pictures& other)
@@ -108,12 +117,16 @@ int main()
         check(std::strcmp(first.target, answers.target) != 0, name,
               "the target has a name of its own");
     };
-    named_apart("fast", run("fast", draw_fast, shade_fast, fast, &plain));
+    const Answers second = run("fast", draw_fast, shade_fast, fast, &plain);
+    named_apart("fast", second);
+    compare_information("fast", first, second);
     compare("fast", plain, fast);
 #if defined(HAS_AVX2)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
         Pictures avx2;
-        named_apart("avx2", run("avx2", draw_avx2, shade_avx2, avx2, &plain));
+        const Answers third = run("avx2", draw_avx2, shade_avx2, avx2, &plain);
+        named_apart("avx2", third);
+        compare_information("avx2", first, third);
         compare("avx2", plain, avx2);
     } else {
         std::printf("this processor has no AVX2: that unit did not run\n");

@@ -61,6 +61,17 @@ extern "C" void JOIN(shade_, UNIT)(const GBuffer& images, Answers* answers)
                               nook::view_frame(camera), {}, scratch, executor)))
         return;
 
+    glm::dvec3 directions_around[nook::icosphere_size(0)];
+    nook::icosphere(0, directions_around);
+    nook::Camera views[nook::icosphere_size(0)];
+    for (std::size_t v = 0; v < nook::icosphere_size(0); ++v)
+        views[v] = nook::viewpoint_camera(nook::bounding_sphere(mesh), directions_around[v]);
+    nook::InformationMaps maps{};
+    maps.pmi = answers->information;
+    if (!good(nook::information_ao(mesh, views, nook::icosphere_size(0), maps, {}, nullptr, scratch,
+                                   executor)))
+        return;
+
     // Through a hardware encoding, so that the decoder is part of what is compared.
     nook::Projection reversed = projection;
     reversed.encoding = nook::DepthEncoding::reversed;

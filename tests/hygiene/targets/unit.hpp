@@ -15,6 +15,7 @@ struct Answers {
     nook::ImageView<float> fixed{};   ///< Chebyshev AO in a window of pixels
     nook::ImageView<float> radius{};  ///< Chebyshev AO in a window of a world length
     nook::ImageView<float> traced{};
+    float information[5] = {};  ///< of the triangles, bits
     double rmse = 0;
     double ssim = 0;
     bool background_is_open = false;
