@@ -144,7 +144,7 @@ Maps by_channel(const Areas& areas)
     maps.total = channel.total_area();
     maps.information.resize(areas.polygons);
     support::checked(nook::polygon_mutual_information(channel, maps.information.data()),
-                    "polygon_mutual_information");
+                     "polygon_mutual_information");
     std::vector<nook::PolygonState> states;
     for (std::size_t o = 0; o < areas.polygons; ++o) {
         maps.probability.push_back(channel.p_polygon(o));
@@ -170,10 +170,10 @@ Maps by_mesh(const Case& subject)
     std::vector<float> information(mesh.triangle_count), visibility(mesh.triangle_count);
     std::vector<nook::PolygonState> states(mesh.triangle_count);
     support::checked(nook::information_ao(mesh, views.data(), views.size(),
-                                         {.pmi = information.data(),
-                                          .information_visibility = visibility.data(),
-                                          .state = states.data()}),
-                    "information_ao");
+                                          {.pmi = information.data(),
+                                           .information_visibility = visibility.data(),
+                                           .state = states.data()}),
+                     "information_ao");
     Maps maps;
     for (const nook::PolygonState state : states)
         maps.seen.push_back(state == nook::PolygonState::seen ? 1 : 0);
@@ -298,9 +298,9 @@ Areas counted(const nook::MeshView& mesh, const std::vector<glm::dvec3>& views, 
     for (std::size_t v = 0; v < views.size(); ++v) {
         const nook::Camera camera = nook::viewpoint_camera(sphere, views[v]);
         support::checked(nook::rasterise(mesh, nook::view_frame(camera),
-                                        nook::projection(camera, resolution, resolution),
-                                        {depth.view(), {}, faces.view()}),
-                        "rasterise");
+                                         nook::projection(camera, resolution, resolution),
+                                         {depth.view(), {}, faces.view()}),
+                         "rasterise");
         for (const std::uint32_t face : faces)
             if (face != nook::no_face) ++areas(v, face);
     }
