@@ -84,8 +84,10 @@
 #include <nook/scene/polygon_values.hpp>
 #include <nook/scene/raster_batch.hpp>
 #include <nook/scene/raster_bins.hpp>
+#include <nook/scene/raster_blocks.hpp>
 #include <nook/scene/raster_picture.hpp>
 #include <nook/scene/raster_resolve.hpp>
+#include <nook/scene/raster_smooth.hpp>
 #include <nook/scene/raster_surface.hpp>
 #include <nook/scene/raster_tile.hpp>
 #include <nook/scene/raster_vertex.hpp>

@@ -15,6 +15,7 @@
 #include <nook/owned_image.hpp>
 #include <nook/scene/bvh.hpp>
 #include <nook/scene/rasteriser.hpp>
+#include <nook/scene/triangle_surface.hpp>
 #include <nook/thread_executor.hpp>
 
 #include "meshes.hpp"
@@ -238,6 +239,59 @@ TEST_CASE("a picture is that of triangles drawn one by one")
     }
 }
 
+TEST_CASE("what is hidden behind many layers changes nothing, whatever the order")
+{
+    // Layers of triangles of all sizes, some of them at the very same distance, bright and dark holes
+    // between them.
+    std::mt19937 random{41};
+    constexpr int layers = 16, width = 150, height = 90;
+    std::uniform_real_distribution<double> at{-20, 170};
+    for (int order = 0; order < 4; ++order) {
+        CAPTURE(order);
+        Mesh mesh;
+        for (int layer = 0; layer < layers; ++layer) {
+            const int i = order == 0   ? layer
+                          : order == 1 ? layers - 1 - layer
+                                       : static_cast<int>(random() % layers);
+            const double z = -1 - i / 2;
+            const double tilt = order == 3 ? 1e-3 * i : 0;
+            const double cell = layer % 4 == 0 ? 12 : layer % 4 == 1 ? 30 : 70;
+            for (double y = -10; y < height; y += cell)
+                for (double x = -10; x < width; x += cell) {
+                    if (random() % 16 == 0) continue;
+                    const auto corner = [&](double px, double py) {
+                        return on_screen(px, py, z + tilt * px);
+                    };
+                    mesh.triangle(corner(x, y), corner(x + cell, y), corner(x, y + cell));
+                    mesh.triangle(corner(x + cell, y), corner(x + cell, y + cell),
+                                  corner(x, y + cell));
+                }
+            const auto any = [&] { return on_screen(at(random), at(random), z); };
+            mesh.triangle(any(), any(), any());
+        }
+        const Picture whole = draw(mesh, screen_frame(), screen_projection(), width, height);
+        Image<float> depth{width, height, infinity};
+        Image<std::uint32_t> face{width, height, nook::no_face};
+        nook::MeshView one = mesh.view();
+        Image<float> alone{width, height};
+        nook::HeapScratch scratch;
+        for (std::uint32_t t = 0; t < mesh.view().triangle_count; ++t) {
+            one.indices = mesh.view().indices + 3 * std::size_t{t};
+            one.triangle_count = 1;
+            REQUIRE(nook::rasterise(one, screen_frame(), screen_projection(), {alone.view()}, {},
+                                    scratch));
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    if (alone(x, y) < depth(x, y)) {
+                        depth(x, y) = alone(x, y);
+                        face(x, y) = t;
+                    }
+        }
+        CHECK(whole.depth == depth);
+        CHECK(whole.face == face);
+    }
+}
+
 TEST_CASE("back faces are left out on request, in a mirrored frame too")
 {
     Mesh mesh;
@@ -455,6 +509,109 @@ TEST_CASE("interpolated normals are perspective-correct and keep to the viewer's
         // Normalising at the vertices bends the linear field a little.
         CHECK(worst < 0.02);
     }
+}
+
+TEST_CASE("interpolated normals are those of triangles shaded one by one")
+{
+    using namespace nook::detail;
+    std::mt19937 random{29};
+    std::uniform_real_distribution<double> unit{-1, 1};
+    for (int scene = 0; scene < 24; ++scene) {
+        CAPTURE(scene);
+        const bool inside = scene % 3 == 0, orthographic = scene % 4 < 2, far_away = scene % 6 == 5;
+        const Mesh mesh = meshes::soup(random, 200);
+        std::vector<float> normals;
+        for (std::size_t i = 0; i < mesh.view().vertex_count; ++i) {
+            const auto n = meshes::random_direction(random);
+            const float size = random() % 9 == 0   ? 0.0f
+                               : random() % 9 == 0 ? not_a_number
+                               : random() % 2 == 0 ? 1e-30f
+                                                   : 1e30f;
+            for (const double c : {n.x, n.y, n.z}) normals.push_back(size * static_cast<float>(c));
+        }
+        nook::MeshView view = mesh.view();
+        view.normals = normals.data();
+        const Camera camera{.eye = meshes::random_direction(random) * (inside     ? 0.4
+                                                                       : far_away ? 3e4
+                                                                                  : 3.0),
+                            .orthographic = orthographic,
+                            .vertical_fov = inside     ? 1.6
+                                            : far_away ? 7e-5
+                                                       : 0.7,
+                            .near_plane = 1e-3};
+        const int width = 133 + scene, height = 71;
+        const ViewFrame frame = nook::view_frame(camera);
+        Projection projection = nook::projection(camera, width, height);
+        projection.cx += 20 * unit(random);
+        Picture picture{width, height};
+        REQUIRE(nook::rasterise(view, frame, projection, picture.buffers(),
+                                {.interpolate_normals = true}));
+        // In planes, the same bits.
+        Image<float> x_plane{width, height}, y_plane{width, height}, z_plane{width, height};
+        REQUIRE(nook::rasterise(
+            view, frame, projection,
+            {picture.depth.view(), {x_plane.view(), y_plane.view(), z_plane.view()}},
+            {.interpolate_normals = true}));
+        const Frame axes{frame};
+        int covered = 0, wrong = 0, different = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const float drawn[3] = {picture.normal(3 * x, y), picture.normal(3 * x + 1, y),
+                                        picture.normal(3 * x + 2, y)};
+                different += drawn[0] != x_plane(x, y) || drawn[1] != y_plane(x, y) ||
+                             drawn[2] != z_plane(x, y);
+                const std::uint32_t face = picture.face(x, y);
+                if (face == nook::no_face) {
+                    wrong += drawn[0] != 0 || drawn[1] != 0 || drawn[2] != 0;
+                    continue;
+                }
+                ++covered;
+                Vector3 corners[3], at_corners[3] = {};
+                for (std::size_t i = 0; i < 3; ++i) {
+                    const std::uint32_t index = view.indices[3 * std::size_t{face} + i];
+                    corners[i] = axes.direction_to_view(mesh_position(view, index) - axes.origin);
+                    const Vector3 n = mesh_vector(view.normals, view.normal_stride, index);
+                    if (is_finite(n)) at_corners[i] = axes.direction_to_view(normalised(n));
+                }
+                const TriangleSurface surface{projection, camera.near_plane, corners[0], corners[1],
+                                              corners[2]};
+                const double slope_x = surface.slope_x(x), slope_y = surface.slope_y(y);
+                const Vector3 expected = surface.interpolate(at_corners, slope_x, slope_y,
+                                                             surface.distance(slope_x, slope_y));
+                const Vector3 error =
+                    expected - Vector3{double{drawn[0]}, double{drawn[1]}, double{drawn[2]}};
+                // Nearly edge on there are two sides to turn to.
+                const Vector3 turned =
+                    expected + Vector3{double{drawn[0]}, double{drawn[1]}, double{drawn[2]}};
+                const bool edge_on = std::fabs(dot(expected, surface.facing())) < 1e-5;
+                wrong += !(largest(error) < 2e-6 || (edge_on && largest(turned) < 2e-6));
+            }
+        CHECK(wrong == 0);
+        CHECK(different == 0);
+        CHECK(covered > 1000);
+    }
+}
+
+TEST_CASE("a pixel that snapping puts outside a sliver has no share of the corner across")
+{
+    Mesh mesh;
+    // Its upper edge lies a quarter of a unit of the grid below the centres of the row.
+    mesh.triangle(on_screen(2, 5 + 0.5 + 0x1p-18), on_screen(60, 5 + 0.5 + 0x1p-18),
+                  on_screen(30, 5 + 0.5 + 3 * 0x1p-18));
+    const std::vector<float> normals{0, 0, 1, 0, 0, 1, 0, 0.8f, 0.6f};
+    nook::MeshView view = mesh.view();
+    view.normals = normals.data();
+    Picture picture{64, 8};
+    REQUIRE(nook::rasterise(view, screen_frame(), screen_projection(), picture.buffers(),
+                            {.interpolate_normals = true}));
+    int covered = 0;
+    for (int x = 0; x < 64; ++x) {
+        if (picture.face(x, 5) == nook::no_face) continue;
+        ++covered;
+        CHECK(picture.normal(3 * x + 1, 5) == 0);
+        CHECK(picture.normal(3 * x + 2, 5) == 1);
+    }
+    CHECK(covered > 50);
 }
 
 TEST_CASE("missing, zero and infinite vertex normals leave the triangle's own")

@@ -152,29 +152,11 @@ public:
     void find(int block, std::size_t first, std::size_t last) const
     {
         RasterScratch::Found found = {};
-        const std::uint32_t* index = view_.mesh().indices + 3 * first;
-        for (std::size_t t = first; t < last; ++t, index += 3) {
-            const RasterVertex &a = scratch_.vertices[index[0]], &b = scratch_.vertices[index[1]],
-                               &c = scratch_.vertices[index[2]];
-            const RasterBox box = (a.outside | b.outside | c.outside) == 0
-                                      ? samples({a.x, a.y}, {b.x, b.y}, {c.x, c.y})
-                                  : (a.outside & b.outside & c.outside) != 0 ? nowhere
-                                                                             : clipped_samples(t);
-            std::uint32_t code = RasterScratch::none;
-            if (!box.empty()) {
-                const int left = box.left >> shift_across_, top = box.top >> shift_down_;
-                const int more_across = (box.right >> shift_across_) - left;
-                const int more_down = (box.bottom >> shift_down_) - top;
-                code = static_cast<std::uint32_t>(top * bins_.across + left) |
-                       static_cast<std::uint32_t>(more_across) << 10 |
-                       static_cast<std::uint32_t>(more_down) << 21;
-                const auto count = static_cast<std::uint32_t>((more_across + 1) * (more_down + 1));
-                const auto kind = static_cast<int>(std::bit_width(count - 1));
-                found.references[kind] += count;
-                ++found.triangles[kind];
-            }
-            scratch_.codes[t] = code;
-        }
+        std::size_t t = first;
+        // Two at once take longer than one after the other.
+        if constexpr (lanes > 2)
+            for (; t + lanes <= last; t += lanes) find_several(t, found);
+        for (; t < last; ++t) find_one(t, found);
         scratch_.found[block] = found;
     }
 
@@ -231,6 +213,115 @@ public:
 
 private:
     static constexpr RasterBox nowhere{1, 0, 1, 0};
+    /// Areas of triangles narrower than so many units are exact in double.
+    static constexpr std::int32_t exact = 1 << 25;
+    static constexpr int lanes = native_lanes;
+    using Integers = Lanes<std::int32_t, lanes>;
+
+    /// The code of a triangle that may show in this box.
+    void put(std::size_t t, const RasterBox& box, RasterScratch::Found& found) const
+    {
+        const int left = box.left >> shift_across_, top = box.top >> shift_down_;
+        const int more_across = (box.right >> shift_across_) - left;
+        const int more_down = (box.bottom >> shift_down_) - top;
+        scratch_.codes[t] = static_cast<std::uint32_t>(top * bins_.across + left) |
+                            static_cast<std::uint32_t>(more_across) << 10 |
+                            static_cast<std::uint32_t>(more_down) << 21;
+        const auto count = static_cast<std::uint32_t>((more_across + 1) * (more_down + 1));
+        const auto kind = static_cast<int>(std::bit_width(count - 1));
+        found.references[kind] += count;
+        ++found.triangles[kind];
+    }
+    void find_one(std::size_t t, RasterScratch::Found& found) const
+    {
+        const std::uint32_t* const index = view_.mesh().indices + 3 * t;
+        const RasterVertex &a = scratch_.vertices[index[0]], &b = scratch_.vertices[index[1]],
+                           &c = scratch_.vertices[index[2]];
+        const RasterBox box = (a.outside | b.outside | c.outside) == 0
+                                  ? samples({a.x, a.y}, {b.x, b.y}, {c.x, c.y})
+                              : (a.outside & b.outside & c.outside) != 0 ? nowhere
+                                                                         : clipped_samples(t);
+        if (box.empty()) scratch_.codes[t] = RasterScratch::none;
+        else put(t, box, found);
+    }
+    /// `lanes` triangles from t on. Those that are clipped or very large go by themselves.
+    NOOK_INLINE void find_several(std::size_t t, RasterScratch::Found& found) const
+    {
+        std::int32_t x[3][lanes], y[3][lanes], outside[lanes];
+        const std::uint32_t* index = view_.mesh().indices + 3 * t;
+        for (int lane = 0; lane < lanes; ++lane, index += 3) {
+            const auto take = [&](int i) NOOK_INLINE_LAMBDA {
+                const RasterVertex& vertex = scratch_.vertices[index[i]];
+                x[i][lane] = vertex.x;
+                y[i][lane] = vertex.y;
+                return vertex.outside;
+            };
+            outside[lane] = take(0) | take(1) | take(2);
+        }
+        const auto get = [](const std::int32_t(&values)[lanes])
+                             NOOK_INLINE_LAMBDA { return load<lanes>(values); };
+        const auto all = [](std::int32_t number)
+                             NOOK_INLINE_LAMBDA { return broadcast<lanes>(number); };
+        const Integers xs[3] = {get(x[0]), get(x[1]), get(x[2])};
+        const Integers ys[3] = {get(y[0]), get(y[1]), get(y[2])};
+        const auto least = [](const Integers(&v)[3]) NOOK_INLINE_LAMBDA {
+            return Integers{smaller(Integers{smaller(v[0], v[1])}, v[2])};
+        };
+        const auto most = [](const Integers(&v)[3]) NOOK_INLINE_LAMBDA {
+            return Integers{larger(Integers{larger(v[0], v[1])}, v[2])};
+        };
+        const Integers low_x = least(xs), high_x = most(xs), low_y = least(ys), high_y = most(ys);
+        // As RasterBox::samples and RasterBox::multiples.
+        const int bits = view_.grid().bits() - finer_;
+        const std::int32_t half = finer_ == 0 ? 1 << (bits - 1) : 0;
+        const std::int32_t up = finer_ == 0 ? half - 1 : (1 << bits) - 1;
+        const Integers left = larger(Integers{(low_x + up) >> bits}, Integers{});
+        const Integers top = larger(Integers{(low_y + up) >> bits}, Integers{});
+        const Integers right =
+            smaller(Integers{(high_x - (half + 1)) >> bits}, all((view_.width() << finer_) - 1));
+        const Integers bottom =
+            smaller(Integers{(high_y - (half + 1)) >> bits}, all((view_.height() << finer_) - 1));
+        const auto alone =
+            (load<lanes>(outside) | Integers{((high_x - low_x) | (high_y - low_y)) & -exact}) != 0;
+        Integers shown = ((right - left) | (bottom - top)) >= 0 ? all(1) : Integers{};
+        shown = alone ? Integers{} : shown;
+        if (!sides_.both()) {
+            using Reals = Lanes<double, lanes>;
+            const auto real = [](const Integers& whole)
+                                  NOOK_INLINE_LAMBDA { return Reals{convert<double>(whole)}; };
+            const Reals area = real(xs[1] - xs[0]) * real(ys[2] - ys[0]) -
+                               real(ys[1] - ys[0]) * real(xs[2] - xs[0]);
+            const auto turned = convert<float>(sides_.clockwise           ? area
+                                               : sides_.counter_clockwise ? Reals{-area}
+                                                                          : Reals{});
+            shown = turned > 0.0f ? shown : Integers{};
+        }
+        const Integers first_x = left >> shift_across_, first_y = top >> shift_down_;
+        const Integers more =
+            ((right >> shift_across_) - first_x) << 10 | ((bottom >> shift_down_) - first_y) << 21;
+        const Integers code = (first_y * bins_.across + first_x) | more;
+        store(scratch_.codes + t, Integers{shown != 0 ? code : all(-1)});
+        // Triangles in one bin, all at once; the others one by one.
+        const Integers single = more == 0 ? shown : Integers{};
+        const auto count = static_cast<std::uint32_t>(
+            fold(single, [](const auto& a, const auto& b) { return a + b; }));
+        found.references[0] += count;
+        found.triangles[0] += count;
+        if (!any(Integers{(shown - single) | (alone ? all(1) : Integers{})} != 0)) return;
+        std::int32_t several[lanes], apart[lanes], boxes[4][lanes];
+        store(several, Integers{shown - single});
+        store(apart, alone ? all(1) : Integers{});
+        store(boxes[0], left);
+        store(boxes[1], right);
+        store(boxes[2], top);
+        store(boxes[3], bottom);
+        for (int lane = 0; lane < lanes; ++lane) {
+            const std::size_t which = t + static_cast<std::size_t>(lane);
+            if (several[lane] != 0)
+                put(which, {boxes[0][lane], boxes[1][lane], boxes[2][lane], boxes[3][lane]}, found);
+            if (apart[lane] != 0) find_one(which, found);
+        }
+    }
 
     [[nodiscard]] std::uint32_t* block_places(int block) const
     {

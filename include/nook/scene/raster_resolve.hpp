@@ -11,9 +11,9 @@
 #include <nook/lanes.hpp>
 #include <nook/scene/mesh.hpp>
 #include <nook/scene/raster_bins.hpp>
+#include <nook/scene/raster_smooth.hpp>
 #include <nook/scene/raster_tile.hpp>
 #include <nook/scene/raster_vertex.hpp>
-#include <nook/scene/triangle_surface.hpp>
 #include <nook/scene/vector.hpp>
 
 /// From a complete tile to the images: each pixel is written once.
@@ -161,7 +161,8 @@ public:
         : view_{view},
           images_{images},
           interpolate_{interpolate},
-          normals_{view}
+          normals_{view},
+          smooth_{view}
     {}
 
     /// Writes the distances; returns how many pixels hold a surface.
@@ -203,10 +204,9 @@ public:
     {
         if (images_.normal.x.data == nullptr) return;
         const RasterBox& box = drawn.box();
-        for (int y = box.top; y <= box.bottom; ++y) {
-            const std::uint32_t* const ids = drawn.ids(y - box.top);
-            if (interpolate_) interpolated_row(ids, box, y);
-            else own_row(ids, box, y);
+        for (int y = 0; y <= box.bottom - box.top; ++y) {
+            if (interpolate_) interpolated_row(drawn, y);
+            else own_row(drawn, y);
         }
     }
 
@@ -217,38 +217,100 @@ private:
         int first;
     };
 
-    void own_row(const std::uint32_t* ids, const RasterBox& box, int y)
-    {
-        const int width = box.right - box.left + 1;
-        Run runs[tile.across + 1];
-        int count = 0;
-        using Names = Lanes<std::uint32_t, native_lanes>;
-        for (int x = 0; x < width; x += native_lanes) {
-            // A vector without an end of a run says nothing.
-            const int end = smaller(x + native_lanes, width);
-            if (end < width &&
-                !any(Names{load<native_lanes>(ids + x)} != Names{load<native_lanes>(ids + x + 1)}))
-                continue;
-            for (int i = x; i < end; ++i) {
-                runs[count] = {ids[i], i};
-                count += i + 1 == width || ids[i + 1] != ids[i] ? 1 : 0;
+    /// A row of a tile in the three images of the normal.
+    struct Row {
+        float* to[3];
+        std::ptrdiff_t step[3];
+        int width;
+        /// x, y and z side by side, or in planes.
+        bool tight, planes;
+
+        Row(const ImageView3<float>& image, const RasterBox& box, int y)
+            : to{&image.x(box.left, box.top + y), &image.y(box.left, box.top + y),
+                 &image.z(box.left, box.top + y)},
+              step{image.x.pixel_stride, image.y.pixel_stride, image.z.pixel_stride},
+              width{box.right - box.left + 1},
+              tight{step[0] == 3 && step[1] == 3 && step[2] == 3 && to[1] == to[0] + 1 &&
+                    to[2] == to[0] + 2},
+              planes{step[0] == 1 && step[1] == 1 && step[2] == 1}
+        {}
+        /// Fills [x, end), from left to right.
+        NOOK_INLINE void fill(const RasterNormals::Normal& n, int x, int end) const
+        {
+            if (tight) {
+                x = four_at_a_time<(native_lanes > 1 ? 4 : 1)>(to[0], n, x, end);
+            } else if (planes) {
+                // What is written beyond the end is the next run's, which comes after.
+                const int last = smaller(end - 1, width - native_lanes);
+                const auto n_x = broadcast<native_lanes>(n.x), n_y = broadcast<native_lanes>(n.y),
+                           n_z = broadcast<native_lanes>(n.z);
+                for (; x <= last; x += native_lanes) {
+                    store(to[0] + x, n_x);
+                    store(to[1] + x, n_y);
+                    store(to[2] + x, n_z);
+                }
+            }
+            for (; x < end; ++x) {
+                to[0][x * step[0]] = n.x;
+                to[1][x * step[1]] = n.y;
+                to[2][x * step[2]] = n.z;
             }
         }
-        // Each run holds its last pixel so far: those before it end there.
-        for (int i = 0, first = 0; i < count; ++i) {
-            const int next = runs[i].first + 1;
-            runs[i].first = first;
-            first = next;
-            if (runs[i].id != no_face) normals_.want(runs[i].id);
+        /// Writes as many whole fours of interleaved normals as there are in [x, end); returns the
+        /// rest's beginning. By way of registers: stores to a pattern in memory would have to be
+        /// waited for.
+        template <int lanes>
+        [[nodiscard]] NOOK_INLINE static int four_at_a_time(
+            [[maybe_unused]] float* to, [[maybe_unused]] RasterNormals::Normal n, int x,
+            [[maybe_unused]] int end)
+        {
+            if constexpr (lanes > 1) {
+                using Floats = Lanes<float, lanes>;
+                const Floats first{n.x, n.y, n.z, n.x}, second{n.y, n.z, n.x, n.y},
+                    third{n.z, n.x, n.y, n.z};
+                for (; x + 4 <= end; x += 4) {
+                    store(to + 3 * x, first);
+                    store(to + 3 * x + 4, second);
+                    store(to + 3 * x + 8, third);
+                }
+            }
+            return x;
+        }
+    };
+
+    /// The runs of a row, and where the last one ends.
+    [[nodiscard]] static int find_runs(const std::uint32_t* ids, int width,
+                                       Run (&runs)[tile.across + 1])
+    {
+        using Names = Lanes<std::uint32_t, float_lanes>;
+        using Floats = Lanes<float, float_lanes>;
+        int count = 0, first = 0;
+        for (int x = 0; x < width; x += float_lanes) {
+            const Floats side =
+                Names{load<float_lanes>(ids + x)} != Names{load<float_lanes>(ids + x + 1)}
+                    ? broadcast<float_lanes>(0.0f)
+                    : broadcast<float_lanes>(1.0f);
+            unsigned ends = bits_at_most(side, Floats{});
+            if (const int left = width - x; left <= float_lanes)
+                ends = (ends | 1u << (left - 1)) & ((2u << (left - 1)) - 1);
+            for (; ends != 0; ends &= ends - 1) {
+                const int end = x + std::countr_zero(ends) + 1;
+                runs[count++] = {ids[first], first};
+                first = end;
+            }
         }
         runs[count].first = width;
+        return count;
+    }
+    template <class Tile>
+    void own_row(const Tile& drawn, int y)
+    {
+        const Row row{images_.normal, drawn.box(), y};
+        Run runs[tile.across + 1];
+        const int count = find_runs(drawn.ids(y), row.width, runs);
+        for (int i = 0; i < count; ++i)
+            if (runs[i].id != no_face) normals_.want(runs[i].id);
         normals_.finish();
-        const ImageView3<float>& image = images_.normal;
-        float* const to[3] = {&image.x(box.left, y), &image.y(box.left, y), &image.z(box.left, y)};
-        const std::ptrdiff_t step[3] = {image.x.pixel_stride, image.y.pixel_stride,
-                                        image.z.pixel_stride};
-        const bool tight = step[0] == 3 && step[1] == 3 && step[2] == 3 && to[1] == to[0] + 1 &&
-                           to[2] == to[0] + 2;
         for (int i = 0; i < count; ++i) {
             const std::uint32_t id = runs[i].id;
             RasterNormals::Normal normal{0, 0, 0};
@@ -256,66 +318,35 @@ private:
                 const RasterNormals::Normal* const found = normals_.find(id);
                 normal = found != nullptr ? *found : normals_.normal(id);
             }
-            int x = runs[i].first;
-            const int end = runs[i + 1].first;
-            if (tight) x = four_at_a_time<(native_lanes > 1 ? 4 : 1)>(to[0], normal, x, end);
-            for (; x < end; ++x) {
-                to[0][x * step[0]] = normal.x;
-                to[1][x * step[1]] = normal.y;
-                to[2][x * step[2]] = normal.z;
-            }
+            row.fill(normal, runs[i].first, runs[i + 1].first);
         }
     }
-    /// Writes as many whole fours of interleaved normals as there are in [x, end); returns the rest's
-    /// beginning. By way of registers: stores to a pattern in memory would have to be waited for.
-    template <int lanes>
-    [[nodiscard]] NOOK_INLINE static int four_at_a_time([[maybe_unused]] float* to,
-                                                        [[maybe_unused]] RasterNormals::Normal n,
-                                                        int x, [[maybe_unused]] int end)
+    template <class Tile>
+    void interpolated_row(const Tile& drawn, int y)
     {
-        if constexpr (lanes > 1) {
-            using Floats = Lanes<float, lanes>;
-            const Floats first{n.x, n.y, n.z, n.x}, second{n.y, n.z, n.x, n.y},
-                third{n.z, n.x, n.y, n.z};
-            for (; x + 4 <= end; x += 4) {
-                store(to + 3 * x, first);
-                store(to + 3 * x + 4, second);
-                store(to + 3 * x + 8, third);
-            }
-        }
-        return x;
-    }
-    void interpolated_row(const std::uint32_t* ids, const RasterBox& box, int y)
-    {
-        const MeshView& mesh = view_.mesh();
-        const ImageView3<float>& image = images_.normal;
-        for (int x = box.left; x <= box.right;) {
-            const std::uint32_t id = ids[x - box.left];
-            int end = x;
-            while (end <= box.right && ids[end - box.left] == id) ++end;
-            if (id == no_face) {
-                for (; x < end; ++x) image.x(x, y) = image.y(x, y) = image.z(x, y) = 0;
+        const Row row{images_.normal, drawn.box(), y};
+        Run runs[tile.across + 1];
+        const int count = find_runs(drawn.ids(y), row.width, runs);
+        for (int i = 0; i < count; ++i)
+            if (runs[i].id != no_face) smooth_.want(runs[i].id);
+        smooth_.finish();
+        for (int i = 0; i < count; ++i) {
+            const int first = runs[i].first, end = runs[i + 1].first;
+            if (runs[i].id == no_face) {
+                row.fill({0, 0, 0}, first, end);
                 continue;
             }
-            const Triangle world = mesh_triangle(mesh, id);
-            const TriangleSurface surface{view_.projection(), view_.grid().near_plane(),
-                                          view_.to_view(world.a), view_.to_view(world.b),
-                                          view_.to_view(world.c)};
-            Vector3 corners[3] = {};
-            for (std::size_t i = 0; i < 3; ++i) {
-                const Vector3 normal = mesh_vector(mesh.normals, mesh.normal_stride,
-                                                   mesh.indices[3 * std::size_t{id} + i]);
-                if (is_finite(normal))
-                    corners[i] = view_.frame().direction_to_view(normalised(normal));
-            }
-            const double slope_y = surface.slope_y(y);
-            for (; x < end; ++x) {
-                const double slope_x = surface.slope_x(x);
-                const Vector3 normal = surface.interpolate(corners, slope_x, slope_y,
-                                                           surface.distance(slope_x, slope_y));
-                image.x(x, y) = static_cast<float>(normal.x);
-                image.y(x, y) = static_cast<float>(normal.y);
-                image.z(x, y) = static_cast<float>(normal.z);
+            const auto draw = [&](float* n_x, float* n_y, float* n_z) NOOK_INLINE_LAMBDA {
+                smooth_.draw(smooth_.triangle(runs[i].id), drawn.across(), drawn.down(y),
+                             drawn.distances(y), first, end, n_x, n_y, n_z);
+            };
+            // What is written beyond the end is the next run's, which comes after.
+            if (row.planes && end - 1 + native_lanes <= row.width) {
+                draw(row.to[0], row.to[1], row.to[2]);
+            } else {
+                draw(row_[0], row_[1], row_[2]);
+                for (int k = 0; k < 3; ++k)
+                    for (int x = first; x < end; ++x) row.to[k][x * row.step[k]] = row_[k][x];
             }
         }
     }
@@ -324,6 +355,9 @@ private:
     RasterImages images_;
     bool interpolate_;
     RasterNormals normals_;
+    RasterSmooth smooth_;
+    /// Normals of a row, with room for a whole vector from any pixel on.
+    float row_[3][tile.across + native_lanes];
 };
 
 }  // namespace nook::inline NOOK_TARGET::detail

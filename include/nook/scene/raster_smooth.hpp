@@ -23,6 +23,8 @@ namespace nook::inline NOOK_TARGET::detail {
 class RasterSmooth {
 public:
     static constexpr int lanes = native_lanes;
+    using Reals = Lanes<double, lanes>;
+    using Floats = Lanes<float, lanes>;
 
     struct Triangle {
         /// The weight of a corner, but for the distance: x · slope_x + y · slope_y + z.
@@ -68,15 +70,13 @@ public:
                           const std::int32_t* distances, int first, int end, float* x, float* y,
                           float* z) const
     {
-        using Reals = Lanes<double, lanes>;
-        using Floats = Lanes<float, lanes>;
         const bool orthographic = view_.projection().orthographic;
         double row[3];
         for (int i = 0; i < 3; ++i) row[i] = rounded(t.y[i] * down) + t.z[i];
         for (int at = first; at < end; at += lanes) {
             const Reals slopes = load<lanes>(across + at);
-            const auto there = std::bit_cast<Floats>(Lanes<std::int32_t, lanes>{
-                load<lanes>(distances + at)});
+            const auto there =
+                std::bit_cast<Floats>(Lanes<std::int32_t, lanes>{load<lanes>(distances + at)});
             const Reals scale = orthographic ? broadcast<lanes>(1.0) : convert<double>(there);
             // Snapping can put a pixel a little outside.
             const auto weight = [&](int i) NOOK_INLINE_LAMBDA {
@@ -85,15 +85,14 @@ public:
             };
             const Floats a = weight(0), b = weight(1), c = weight(2);
             const auto sum = [](const Floats& p, const Floats& q, const Floats& r)
-                                 NOOK_INLINE_LAMBDA {
-                                     return Floats{rounded(p) + rounded(q) + rounded(r)};
-                                 };
+                                 NOOK_INLINE_LAMBDA { return Floats{kept(p) + kept(q) + kept(r)}; };
             const auto blend = [&](int k) NOOK_INLINE_LAMBDA {
                 return sum(Floats{a * t.normals[0][k]}, Floats{b * t.normals[1][k]},
                            Floats{c * t.normals[2][k]});
             };
             const Floats n[3] = {blend(0), blend(1), blend(2)};
-            const Floats square = sum(Floats{n[0] * n[0]}, Floats{n[1] * n[1]}, Floats{n[2] * n[2]});
+            const Floats square =
+                sum(Floats{n[0] * n[0]}, Floats{n[1] * n[1]}, Floats{n[2] * n[2]});
             Floats scale_to_one = 1.0f / square_root(square);
             if (t.mixed) {
                 const Floats side =
@@ -112,15 +111,23 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t slots = 256;
+    static constexpr std::uint32_t slots = 512;
     /// Of a sum of normals: below it only rounding is left.
     static constexpr float least_square = 0x1p-80f;
-    using Reals = Lanes<double, lanes>;
     using Bits = Lanes<std::int64_t, lanes>;
 
     struct Vectors {
         Reals x, y, z;
     };
+    /// As `rounded`. Two floats are no native vector where SSE2 is all there is, and nothing is
+    /// contracted there.
+    [[nodiscard]] NOOK_INLINE static Floats kept(const Floats& value)
+    {
+#if defined(__SSE2__)
+        if constexpr (lanes == 2) return value;
+#endif
+        return rounded(value);
+    }
     [[nodiscard]] NOOK_INLINE static Vectors minus(const Vectors& a, const Vectors& b)
     {
         return {a.x - b.x, a.y - b.y, a.z - b.z};
@@ -135,10 +142,9 @@ private:
     }
     [[nodiscard]] NOOK_INLINE static Vectors across(const Vectors& a, const Vectors& b)
     {
-        const auto difference = [](const Reals& p, const Reals& q, const Reals& r, const Reals& s)
-                                    NOOK_INLINE_LAMBDA {
-                                        return Reals{rounded(Reals{p * q}) - rounded(Reals{r * s})};
-                                    };
+        const auto difference =
+            [](const Reals& p, const Reals& q, const Reals& r, const Reals& s)
+                NOOK_INLINE_LAMBDA { return Reals{rounded(Reals{p * q}) - rounded(Reals{r * s})}; };
         return {difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z),
                 difference(a.x, b.y, a.y, b.x)};
     }
@@ -156,7 +162,7 @@ private:
         return (std::bit_cast<Bits>(value) & exponents) != exponents;
     }
 
-    NOOK_NOINLINE void compute();
+    void compute();
 
     const RasterView& view_;
     std::uint32_t ids_[slots];
@@ -165,7 +171,7 @@ private:
     int count_ = 0;
 };
 
-inline void RasterSmooth::compute()
+NOOK_NOINLINE inline void RasterSmooth::compute()
 {
     float corners[9][lanes], normals[9][lanes];
     const MeshView& mesh = view_.mesh();
@@ -197,12 +203,11 @@ inline void RasterSmooth::compute()
         const Reals square = product(given, given);
         // By bits: neither zero nor infinite, nor no number at all.
         const auto usable = (std::bit_cast<Bits>(square) != 0) & finite(square);
-        const auto kept = [&](const Reals& value) NOOK_INLINE_LAMBDA {
-            return usable ? value : Reals{};
-        };
-        const Reals length =
-            1.0 / square_root(Reals{usable ? square : broadcast<lanes>(1.0)});
-        const Vectors whole = turned({kept(given.x), kept(given.y), kept(given.z)});
+        const auto usable_part = [&](const Reals& value)
+                                     NOOK_INLINE_LAMBDA { return usable ? value : Reals{}; };
+        const Reals length = 1.0 / square_root(Reals{usable ? square : broadcast<lanes>(1.0)});
+        const Vectors whole =
+            turned({usable_part(given.x), usable_part(given.y), usable_part(given.z)});
         normal[i] = {whole.x * length, whole.y * length, whole.z * length};
     }
 
@@ -233,7 +238,7 @@ inline void RasterSmooth::compute()
             rest = behind ? Reals{-normal_of_edge.z * per_all} : Reals{};
         }
         z[i] = rest - rounded(Reals{x[i] * at_x}) - rounded(Reals{y[i] * at_y});
-        flat = finite(x[i]) & finite(y[i]) & finite(z[i]) ? flat : broadcast<lanes>(1.0);
+        flat = (finite(x[i]) & finite(y[i]) & finite(z[i])) ? flat : broadcast<lanes>(1.0);
     }
 
     // Towards the viewer: at the origin, or along +z.
@@ -247,8 +252,8 @@ inline void RasterSmooth::compute()
     const Reals lowest = smaller(Reals{smaller(sides[0], sides[1])}, sides[2]);
     const Reals highest = larger(Reals{larger(sides[0], sides[1])}, sides[2]);
     const auto one = broadcast<lanes>(1.0);
-    const Reals sign = (lowest < 0.0) & (highest <= 0.0) ? Reals{-one} : one;
-    const Reals both = (lowest < 0.0) & (highest > 0.0) ? one : Reals{};
+    const Reals sign = ((lowest < 0.0) & (highest <= 0.0)) ? Reals{-one} : one;
+    const Reals both = ((lowest < 0.0) & (highest > 0.0)) ? one : Reals{};
 
     double weights[9][lanes], flats[lanes], mixed[lanes], squares[lanes], towards[lanes];
     float vectors[12][lanes];
@@ -289,8 +294,13 @@ inline void RasterSmooth::compute()
         Vector3 extreme = normalised(Vector3{planes[0][lane], planes[1][lane], planes[2][lane]});
         if (towards[lane] < 0) extreme = -extreme;
         if (!is_finite(extreme)) extreme = {0, 0, 1};
-        t = {{}, {}, {}, {}, {static_cast<float>(extreme.x), static_cast<float>(extreme.y),
-                              static_cast<float>(extreme.z)}, false};
+        t = {{},
+             {},
+             {},
+             {},
+             {static_cast<float>(extreme.x), static_cast<float>(extreme.y),
+              static_cast<float>(extreme.z)},
+             false};
     }
 }
 

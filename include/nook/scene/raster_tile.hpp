@@ -8,6 +8,7 @@
 #include <nook/scene/coverage.hpp>
 #include <nook/scene/raster_batch.hpp>
 #include <nook/scene/raster_bins.hpp>
+#include <nook/scene/raster_blocks.hpp>
 #include <nook/scene/raster_surface.hpp>
 #include <nook/scene/raster_vertex.hpp>
 
@@ -50,7 +51,9 @@ public:
           sides_{sides},
           bits_{view.grid().bits() - level},
           stride_{memory.size.across + RasterTileMemory::padding},
-          far_limit_{raster_far_limit(view.projection())}
+          far_limit_{raster_far_limit(view.projection())},
+          blocks_{memory.distances, stride_, box.right - box.left + 1, box.bottom - box.top + 1,
+                  RasterTileMemory::nothing}
     {
         const RasterSlopes slopes{view.projection()};
         const double sample = 1.0 / (1 << level);
@@ -89,6 +92,9 @@ public:
         return memory_.distances + y * stride_;
     }
     [[nodiscard]] const std::uint32_t* ids(int y) const { return memory_.ids + y * stride_; }
+    /// Slopes of the columns, and of a row.
+    [[nodiscard]] const double* across() const { return memory_.across; }
+    [[nodiscard]] double down(int y) const { return memory_.down[y]; }
 
     /// Draws triangles, in order of their indices. Back faces may hide what is behind them and have no
     /// name.
@@ -109,6 +115,8 @@ private:
     static constexpr int lanes = native_lanes;
     /// Boxes up to this size are looked at whole.
     static constexpr int little = 16;
+    /// The blocks are asked first whether boxes of so many samples are hidden: it pays from here on.
+    static constexpr int asked_first = 64;
     using Reals = Lanes<double, lanes>;
     using Floats = Lanes<float, lanes>;
     using Integers = Lanes<std::int32_t, lanes>;
@@ -163,6 +171,11 @@ private:
                             batch_.bottom[lane]};
         const int at = queue_.count;
         const bool whole = box.right - box.left < little && box.bottom - box.top < little;
+        if ((box.right - box.left + 1) * (box.bottom - box.top + 1) >= asked_first &&
+            blocks_.hidden({box.left - box_.left, box.right - box_.left, box.top - box_.top,
+                            box.bottom - box_.top},
+                           std::bit_cast<std::int32_t>(batch_.nearest[lane])))
+            return;
         if (whole && !find_sides(lane, box, queue_.sides[at])) return;
         queue_.triangles[at] = batch_.triangles[lane];
         queue_.names[at] = name;
@@ -353,6 +366,7 @@ private:
     int bits_;
     std::ptrdiff_t stride_;
     double far_limit_;
+    RasterBlocks<lanes> blocks_;
     Reals numbers_ = numbers();
     std::uint32_t coming_[lanes];
     int coming_count_ = 0;

@@ -8,6 +8,7 @@
 #include <nook/checks.hpp>
 #include <nook/depth/projection.hpp>
 #include <nook/lanes.hpp>
+#include <nook/outcome.hpp>
 #include <nook/scene/camera.hpp>
 #include <nook/scene/clip.hpp>
 #include <nook/scene/mesh.hpp>
@@ -25,6 +26,16 @@ struct alignas(16) RasterVertex {
     float distance;
     std::int32_t outside;
 };
+
+[[nodiscard]] inline Error check_raster_view(const ViewFrame& frame, const Projection& projection,
+                                             double near_plane)
+{
+    if (const Error error = check_projection(projection)) return error;
+    if (is_nan(projection.far_plane))
+        return {ErrorCode::bad_value, "projection.far_plane", projection.far_plane, "a distance"};
+    if (const Error error = check_frame(frame)) return error;
+    return check_at_least(near_plane, 0, "options.near_plane", "a distance >= 0");
+}
 
 /// Near plane of a picture: nothing that is drawn has a distance of 0.
 [[nodiscard]] inline double raster_near_plane(double option, const Projection& projection)

@@ -64,8 +64,8 @@ namespace nook::inline NOOK_TARGET {
 /// triangle before snapping, in double, kept within the triangle's own range.
 ///
 /// The projection may be off centre or jittered. Scratch: `rasterise_scratch_size`. Tasks are blocks
-/// of the mesh and tiles of 128 × 64 pixels, whose distances and faces take 100 KB of the worker's stack
-/// until they are complete; each pixel of the images is written once.
+/// of the mesh and tiles of 128 × 64 pixels, which take 180 KB of the worker's stack until they are
+/// complete; each pixel of the images is written once.
 template <ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome rasterise(const MeshView& mesh, const ViewFrame& frame, const Projection& projection,
                   const GBuffer& buffers, const RasteriseOptions& options = {}, S&& scratch = S{},
@@ -151,12 +151,7 @@ Outcome rasterise(const MeshView& mesh, const ViewFrame& frame, const Projection
     Outcome outcome{};
     const int width = buffers.depth.width, height = buffers.depth.height;
     if ((outcome.error = detail::check_gbuffer(buffers))) return outcome;
-    if ((outcome.error = check_projection(projection))) return outcome;
-    if (detail::is_nan(projection.far_plane))
-        return {{ErrorCode::bad_value, "projection.far_plane", projection.far_plane, "a distance"}};
-    if ((outcome.error = detail::check_frame(frame))) return outcome;
-    if ((outcome.error = detail::check_at_least(options.near_plane, 0, "options.near_plane",
-                                                "a distance >= 0")))
+    if ((outcome.error = detail::check_raster_view(frame, projection, options.near_plane)))
         return outcome;
     if ((outcome.error = check_mesh(mesh))) return outcome;
     if (buffers.depth.empty()) return outcome;

@@ -26,7 +26,8 @@ namespace nook {
 enum class BackFaces : std::uint8_t {
     counted,    ///< as front faces
     occluding,  ///< drawn; they hide what is behind them and count for nobody
-    left_out,  ///< not drawn: the same as `occluding` for closed meshes seen from outside, and faster
+    /// Not drawn: without levels the same as `occluding` for closed meshes seen from outside, and faster.
+    left_out,
 };
 
 /// The largest level of a triangle: 2² × 2² samples to a pixel.
@@ -54,10 +55,11 @@ namespace nook::inline NOOK_TARGET {
 /// are in units of the finest sample, 16 to a pixel, whatever the levels.
 ///
 /// `counts` has room for mesh.triangle_count numbers, which are overwritten. The picture is width ×
-/// height pixels, each 0 … 32768, with levels less than 2²⁸ in all; an empty one counts 0. Scratch: `visible_counts_scratch_size`. Tasks
-/// are blocks of the mesh and tiles; the counts do not depend on the executor. work.pixels =
-/// width · height, work.samples the samples drawn, work.background what shows no triangle, or one that
-/// counts for nobody, in the unit of the counts: with it they add up to all there is.
+/// height pixels, each 0 … 32768, with levels less than 2²⁸ in all; an empty one counts 0. Scratch:
+/// `visible_counts_scratch_size`. Tasks are blocks of the mesh and tiles; the counts do not depend on
+/// the executor. work.pixels = width · height, work.samples the samples drawn, work.background what
+/// shows no triangle, or one that counts for nobody, in the unit of the counts: with it they add up to
+/// all there is.
 template <ScratchSource S = HeapScratch, Executor E = Serial>
 Outcome visible_counts(const MeshView& mesh, const ViewFrame& frame, const Projection& projection,
                        int width, int height, std::uint32_t* counts,
@@ -215,12 +217,7 @@ Outcome visible_counts(const MeshView& mesh, const ViewFrame& frame, const Proje
 {
     Outcome outcome{};
     if ((outcome.error = detail::check_picture_size(width, height))) return outcome;
-    if ((outcome.error = check_projection(projection))) return outcome;
-    if (detail::is_nan(projection.far_plane))
-        return {{ErrorCode::bad_value, "projection.far_plane", projection.far_plane, "a distance"}};
-    if ((outcome.error = detail::check_frame(frame))) return outcome;
-    if ((outcome.error = detail::check_at_least(options.near_plane, 0, "options.near_plane",
-                                                "a distance >= 0")))
+    if ((outcome.error = detail::check_raster_view(frame, projection, options.near_plane)))
         return outcome;
     if ((outcome.error = check_mesh(mesh))) return outcome;
     constexpr double most_samples = 0x1p32;
