@@ -100,8 +100,7 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
            "--clip", result.clip,
            "Percent of the seen polygons, those of the largest PMI, that share black: a few\n"
            "in deep corners would take the range from all others; 0: as the paper has it")
-        ->type_name("PERCENT")
-        ->check(CLI::Range(0.0, 50.0))
+        ->type_name("PERCENT=0 - 50")
         ->capture_default_str();
     app.add_option("--directions", result.directions, "Rays per polygon of the traced map")
         ->type_name("N")
@@ -124,6 +123,9 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
             throw support::Failure{"--perspective: '" + distance +
                                    "' is not a distance above 1, up to 1e6"};
     }
+    // CLI::Range lets NaN pass.
+    if (!(result.clip >= 0 && result.clip <= 50))
+        throw support::Failure{"--clip: 0 to 50 percent are possible"};
     if (probability == "uniform") result.probability = nook::ViewProbability::uniform;
     if (app.count("--importance") > 0)
         result.importance = read_direction("--importance", importance);

@@ -249,7 +249,8 @@ TEST_CASE("The streamed sums give the information of the viewpoint channel")
                                                  .samples_per_polygon = samples,
                                                  .probability = probability,
                                                  .importance = importance.data(),
-                                                 .back_faces = back_faces};
+                                                 .back_faces = back_faces,
+                                                 .leave_out_hidden_backs = false};
                 const Maps maps = information(mesh, views, options);
                 std::vector<std::uint8_t> levels(count);
                 nook::SamplingPlan plan{};
@@ -355,6 +356,7 @@ TEST_CASE("Back faces of closed meshes are left out, and nothing changes")
             CHECK(chosen.report.back_faces == BackFaces::left_out);
             for (const auto back_faces : {BackFaces::left_out, BackFaces::occluding}) {
                 options.back_faces = back_faces;
+                options.leave_out_hidden_backs = false;
                 CHECK(chosen == information(mesh, views, options));
             }
         }
@@ -647,7 +649,7 @@ TEST_CASE("Doubled viewpoints and blind ones change nothing")
         const InformationOptions options{.resolution = 128,
                                          .samples_per_polygon = 0,
                                          .probability = probability,
-                                         .back_faces = BackFaces::occluding};
+                                         .leave_out_hidden_backs = false};
         const Maps maps = information(mesh, views, options);
         const Maps doubled = information(mesh, joined(views, views), options);
         CHECK(doubled.state == maps.state);

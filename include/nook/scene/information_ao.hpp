@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <type_traits>
 
 #include <nook/checks.hpp>
@@ -50,11 +49,12 @@ struct InformationOptions {
     /// One per viewpoint, finite, ≥ 0, not all 0; read for ViewProbability::importance alone. Views
     /// of importance 0 (or below 2⁻⁴⁰⁰ of the largest) are not drawn.
     const double* importance = nullptr;
-    /// Unset: left out when the mesh is closed (`closed_mesh`) and in front of every viewpoint, so
-    /// that nobody can see a back; otherwise they occlude. Both show the same, but for a sample in a
-    /// million where a back lies as near as a front to the precision of a float, and for parts of a
-    /// picture that are sampled more finely only because of small backs in them.
-    std::optional<BackFaces> back_faces{};
+    BackFaces back_faces = BackFaces::occluding;
+    /// Leave back faces out that would occlude where nobody can see them: when the mesh is closed
+    /// (`closed_mesh`) and in front of every viewpoint. Nothing changes, but for a sample in a million
+    /// where a back lies as near as a front to the precision of a float, and for parts of a picture that
+    /// are sampled more finely only because of small backs in them.
+    bool leave_out_hidden_backs = true;
     /// If all PMI lie within so many bits of each other, ≥ 0, the mesh is evenly open and
     /// `information_visibility` is 1: counts of samples tell no finer.
     double equal_within = 0.01;
@@ -117,7 +117,7 @@ struct InformationMemory {
     InformationSums::Arrays sums;
     OpenAreas::Arrays areas;
     std::uint8_t* levels = nullptr;
-    Scratch pictures;
+    Scratch pictures{};
 
     InformationMemory(ScratchLayout& layout, const MeshView& mesh, std::size_t view_count,
                       const InformationMaps& maps, const InformationOptions& options, int workers)
@@ -206,7 +206,7 @@ inline std::size_t information_ao_scratch_size(const MeshView& mesh, std::size_t
     detail::ScratchLayout layout;
     const detail::InformationMemory memory{layout, mesh, view_count, maps, options, workers};
     // The search for open edges is over before anything else begins.
-    const std::size_t search = options.back_faces ? 0 : closed_mesh_scratch_size(mesh);
+    const std::size_t search = options.leave_out_hidden_backs ? closed_mesh_scratch_size(mesh) : 0;
     return search > layout.size() ? search : layout.size();
 }
 
@@ -238,16 +238,15 @@ Outcome information_ao(const MeshView& mesh, const Camera* views, std::size_t vi
 
     InformationReport found{};
     const BoundingSphere sphere = bounding_sphere(mesh);
-    if (options.back_faces) {
-        found.back_faces = *options.back_faces;
-    } else {
+    found.back_faces = options.back_faces;
+    if (options.leave_out_hidden_backs && options.back_faces == BackFaces::occluding) {
         MeshClosure closure{};
         const Outcome closed = closed_mesh(mesh, closure, Scratch{block, size});
         if (!closed) return closed;
         bool outside = closure.closed;
         for (std::size_t v = 0; outside && v < view_count; ++v)
             outside = !wanted(v) || detail::OpenAreas::is_outside(views[v], sphere);
-        found.back_faces = outside ? BackFaces::left_out : BackFaces::occluding;
+        if (outside) found.back_faces = BackFaces::left_out;
     }
 
     detail::ScratchLayout layout{block};

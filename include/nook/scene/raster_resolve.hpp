@@ -158,8 +158,7 @@ public:
     static constexpr RasterSize tile{128, 64};
 
     RasterResolve(const RasterView& view, const RasterImages& images, bool interpolate)
-        : view_{view},
-          images_{images},
+        : images_{images},
           interpolate_{interpolate},
           normals_{view},
           smooth_{view}
@@ -351,7 +350,6 @@ private:
         }
     }
 
-    const RasterView& view_;
     RasterImages images_;
     bool interpolate_;
     RasterNormals normals_;

@@ -100,7 +100,7 @@ struct Icosahedron {
 inline BoundingSphere bounding_sphere(const MeshView& mesh)
 {
     using detail::Vector3;
-    constexpr double endless = std::numeric_limits<double>::max();
+    constexpr double endless = (std::numeric_limits<double>::max)();
     Vector3 low{endless, endless, endless}, high = -low;
     const auto for_each_corner = [&](const auto& f) {
         for (std::size_t t = 0; t < mesh.triangle_count; ++t) {

@@ -63,7 +63,7 @@ extern "C" void JOIN(shade_, UNIT)(const GBuffer& images, Answers* answers)
 
     glm::dvec3 directions_around[nook::icosphere_size(0)];
     nook::icosphere(0, directions_around);
-    nook::Camera views[nook::icosphere_size(0)];
+    nook::Camera views[nook::icosphere_size(0)]{};
     for (std::size_t v = 0; v < nook::icosphere_size(0); ++v)
         views[v] = nook::viewpoint_camera(nook::bounding_sphere(mesh), directions_around[v]);
     nook::InformationMaps maps{};
