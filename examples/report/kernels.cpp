@@ -1,153 +1,136 @@
 #include "kernels.hpp"
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-
-#include <nook/measure/ssim.hpp>
-#include <nook/work_map.hpp>
-
-#include "../support/checked.hpp"
+#include <cstdio>
 
 namespace report {
 
 namespace {
 
-double run_once(const Kernel& kernel, nook::Image<float>& visibility, nook::HeapScratch& scratch,
-                nook::ThreadExecutor& threads, nook::Work& work)
-{
-    const auto start = std::chrono::steady_clock::now();
-    work = support::checked(kernel.run(visibility.view(), scratch, threads), kernel.name.c_str());
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-}
+constexpr const char* chan = "H. Chan & S. Im, Chebyshev Ambient Occlusion, 2021";
+constexpr const char* alchemy =
+    "M. McGuire, B. Osman, M. Bukowski & P. Hennessy, The Alchemy Screen-Space Ambient Obscurance "
+    "Algorithm, 2011";
+constexpr const char* scalable =
+    "M. McGuire, M. Mara & D. Luebke, Scalable Ambient Obscurance, 2012";
+constexpr const char* gtao =
+    "J. Jimenez, X. Wu, A. Pesce & A. Jarabo, Practical Real-Time Strategies for Accurate Indirect "
+    "Occlusion, 2016";
+constexpr const char* bitmask =
+    "O. Therrien, Y. Levesque & G. Gilet, Screen Space Indirect Lighting with Visibility Bitmask, "
+    "2023";
+constexpr const char* outlines =
+    "Park & Baek, A Corner-Highlighting Method for Ambient Occlusion, 2021";
+constexpr const char* secondary =
+    "Fridvalszky & Tóth, Accounting for Non-Uniform Ambient Lighting in Ray Traced Ambient "
+    "Occlusion, 2022";
+constexpr const char* viewpoints =
+    "González, Sbert & Feixas, An Information-Theoretic Ambient Occlusion, 2008";
 
-Timing summary(std::vector<double> times, int threads)
-{
-    std::sort(times.begin(), times.end());
-    const std::size_t count = times.size();
-    Timing timing;
-    timing.threads = threads;
-    timing.rounds = static_cast<int>(count);
-    timing.fastest = times.front();
-    timing.median = (times[(count - 1) / 2] + times[count / 2]) / 2;
-    timing.p90 = times[(9 * count + 9) / 10 - 1];
-    return timing;
-}
+constexpr const char* bound =
+    "Cantelli's upper bound on the share of a window that lies at or behind the pixel";
+constexpr const char* dimmed_bound =
+    "that bound, with less shade the farther the mean of the window lies in front of the pixel";
+constexpr const char* obscurance =
+    "obscurance by a formula of its own: its intensity is a setting, not geometry";
+constexpr const char* slices =
+    "cosine-weighted visibility of the depth buffer as a height field, within the radius";
+constexpr const char* thick_slices =
+    "cosine-weighted visibility within the radius of a depth buffer whose surfaces are a quarter "
+    "of "
+    "the radius thick";
 
-void measure_error(const View& view, const Reference& reference, Result& result)
-{
-    result.counted = view.surface;
-    for (int y = 0; y < view.height(); ++y)
-        if (!result.kernel.computes(y))
-            for (int x = 0; x < view.width(); ++x) result.counted(x, y) = 0;
-    support::checked(nook::error_metrics(result.visibility.view(), reference.visibility.view(),
-                                         result.error, result.counted.view()),
-                     "error_metrics");
-    const nook::Measured similarity =
-        nook::ssim(result.visibility.view(), reference.visibility.view(), result.counted.view());
-    if (!similarity) throw support::Failure{"ssim: " + support::text_of(similarity.error)};
-    result.ssim = similarity.value;
-    nook::Image<std::uint8_t> both = result.counted;
-    for (int y = 0; y < view.height(); ++y)
-        if (!reference.computes_height_field(y))
-            for (int x = 0; x < view.width(); ++x) both(x, y) = 0;
-    support::checked(nook::error_metrics(result.visibility.view(), reference.height_field.view(),
-                                         result.height_field, both.view()),
-                     "error_metrics");
-}
+constexpr KernelInfo infos[] = {
+    {"chebyshev-window", "depth", "Chebyshev AO, the same window for all pixels", chan, "depth",
+     bound, false},
+    {"chebyshev-radius", "depth",
+     "Chebyshev AO, windows that span a world radius at each pixel's distance", chan, "depth",
+     bound, false},
+    {"chebyshev-range", "depth", "Chebyshev AO, the same window for all pixels, range check", chan,
+     "depth", dimmed_bound, false},
+    {"chebyshev-range-exact", "depth",
+     "Chebyshev AO, each sample checked for range, and only together with its mirror image; all "
+     "samples of each window are read",
+     chan, "depth",
+     "Cantelli's upper bound on the share of the pairs of samples within range that lies at or "
+     "behind the pixel",
+     false},
 
-/// How far the kernel is from its own formula.
-void measure_exactness(const View& view, nook::ThreadExecutor& threads, Result& result)
-{
-    const Kernel& kernel = result.kernel;
-    if (!kernel.exact) return;
-    nook::Image<std::uint8_t> rows{nook::WorkMap::groups(view.width()), view.height()};
-    nook::Image<std::uint8_t> counted = result.counted;
-    for (int y = 0; y < view.height(); ++y) {
-        for (int x = 0; x < rows.width(); ++x) rows(x, y) = kernel.computes_exactly(y) ? 1 : 0;
-        if (!kernel.computes_exactly(y))
-            for (int x = 0; x < view.width(); ++x) counted(x, y) = 0;
-    }
-    nook::Image<float> exact{view.width(), view.height()};
-    support::checked(kernel.exact(exact.view(), {rows.view(), false}, threads),
-                     kernel.name.c_str());
-    result.exact.emplace();
-    support::checked(
-        nook::error_metrics(result.visibility.view(), exact.view(), *result.exact, counted.view()),
-        "error_metrics");
-}
+    {"alchemy", "surface", "Alchemy AO: samples of a disc on the screen, weight 1 / distance",
+     alchemy, "depth, normals", obscurance, false},
+    {"alchemy-blurred", "surface", "Alchemy AO, then a blur that keeps to surfaces", alchemy,
+     "depth, normals", obscurance, false},
+    {"alchemy-half", "surface",
+     "Alchemy AO at every second pixel of every second row, brought back along surfaces",
+     "The Alchemy algorithm (McGuire et al. 2011), with J. Kopf et al., Joint Bilateral "
+     "Upsampling, 2007",
+     "depth, normals", obscurance, false},
+    {"scalable", "surface", "Scalable ambient obscurance: as Alchemy, weight 0 from the radius on",
+     scalable, "depth, normals", obscurance, false},
+    {"scalable-blurred", "surface",
+     "Scalable ambient obscurance, then a blur that keeps to surfaces", scalable, "depth, normals",
+     obscurance, false},
+    {"horizon", "surface", "GTAO: the highest samples on both sides of slices through the pixel",
+     gtao, "depth, normals", slices, true},
+    {"horizon-blurred", "surface", "GTAO, then a blur that keeps to surfaces", gtao,
+     "depth, normals", slices, true},
+    {"bitmask", "surface", "Visibility bitmask: slices whose samples have a thickness", bitmask,
+     "depth, normals", thick_slices, true},
+    {"bitmask-blurred", "surface", "Visibility bitmask, then a blur that keeps to surfaces",
+     bitmask, "depth, normals", thick_slices, true},
+
+    {"masked", "outline", "Alchemy AO where the outlines of objects overlap, 1 elsewhere", outlines,
+     "depth, normals, triangles", "obscurance as alchemy; 1 where only one object is near", false},
+    {"stand-alone", "outline", "The blurred stencil of overlapping outlines", outlines,
+     "depth, triangles", "how much of the screen around the pixel lies near another object", false},
+
+    {"traced", "traced", "Rays in cosine-weighted directions, open or not within the radius",
+     "S. Zhukov, A. Iones & G. Kronin, An Ambient Light Illumination Model, 1998, with a step for "
+     "its falloff",
+     "depth, normals, triangles", "cosine-weighted visibility within the radius", true},
+    {"traced-secondary", "traced",
+     "The same, and two secondary rays across each open one find what it passed", secondary,
+     "depth, normals, triangles",
+     "cosine-weighted visibility in which an open ray counts less where secondary rays are closed",
+     true},
+    {"traced-obscurance", "traced",
+     "Rays in cosine-weighted directions; one that is closed at distance d counts 1 - exp(-sigma "
+     "d)",
+     "S. Zhukov, A. Iones & G. Kronin, An Ambient Light Illumination Model, 1998",
+     "depth, normals, triangles", "cosine-weighted obscurance, exponential falloff", true},
+    {"traced-obscurance-secondary", "traced",
+     "The same, and two secondary rays across each open one find what it passed", secondary,
+     "depth, normals, triangles",
+     "cosine-weighted obscurance in which an open ray counts less where secondary rays are closed",
+     true},
+
+    {"information-visibility", "information",
+     "Visible over open area of each polygon, summed over the pictures from all around", viewpoints,
+     "triangles", "cosine-weighted visibility of each polygon, unlimited radius", true},
+    {"information-pmi", "information",
+     "Mutual information of each polygon with the viewpoints, turned and normalised", viewpoints,
+     "triangles", "how evenly the viewpoints see a polygon: no visibility", false},
+};
 
 }  // namespace
 
-std::vector<Kernel> kernels_for(const View& view, double radius)
+const char* name_of(Meaning meaning)
 {
-    std::vector<Kernel> kernels;
-    add_depth_kernels(view, radius, kernels);
-    add_surface_kernels(view, radius, kernels);
-    return kernels;
+    switch (meaning) {
+    case Meaning::visibility: return "visibility";
+    case Meaning::obscurance: return "obscurance";
+    case Meaning::visibility_secondary: return "visibility-secondary";
+    case Meaning::obscurance_secondary: return "obscurance-secondary";
+    }
+    return "";
 }
 
-std::vector<Result> measure(const View& view, const Reference& reference,
-                            const std::vector<Kernel>& kernels, nook::ThreadExecutor& threads,
-                            support::Progress& progress)
-{
-    constexpr int rounds = 7;
-    constexpr double time_limit = 6000;  // milliseconds per number of threads, after three rounds
-    std::vector<Result> results(kernels.size());
-    for (std::size_t i = 0; i < kernels.size(); ++i) {
-        results[i].kernel = kernels[i];
-        results[i].visibility = {view.width(), view.height()};
-    }
-    std::vector<nook::HeapScratch> scratch(kernels.size());
-    nook::ThreadExecutor alone{1};
-    std::vector<nook::ThreadExecutor*> executors{&alone};
-    if (threads.concurrency() > 1) executors.push_back(&threads);
-    for (nook::ThreadExecutor* executor : executors) {
-        const int workers = executor->concurrency();
-        progress.step("timing with " + std::to_string(workers) +
-                      (workers == 1 ? " thread" : " threads"));
-        std::vector<std::vector<double>> times(kernels.size());
-        double total = 0;
-        for (int round = 0; round <= rounds && (round < 4 || total < time_limit); ++round) {
-            for (std::size_t i = 0; i < kernels.size(); ++i) {
-                if (kernels[i].slow) continue;
-                const double time = run_once(kernels[i], results[i].visibility, scratch[i],
-                                             *executor, results[i].work);
-                total += time;
-                if (round > 0) times[i].push_back(time);
-            }
-            progress.share(double(round) / rounds);
-        }
-        for (std::size_t i = 0; i < kernels.size(); ++i)
-            if (!times[i].empty()) results[i].timings.push_back(summary(times[i], workers));
-    }
-    progress.step("running the slow forms");
-    for (std::size_t i = 0; i < kernels.size(); ++i)
-        if (kernels[i].slow) {
-            const double time =
-                run_once(kernels[i], results[i].visibility, scratch[i], threads, results[i].work);
-            results[i].timings.push_back(summary({time}, threads.concurrency()));
-        }
-    progress.step("measuring the errors");
-    for (Result& result : results) {
-        measure_error(view, reference, result);
-        measure_exactness(view, threads, result);
-    }
-    return results;
-}
+std::span<const KernelInfo> kernel_infos() { return infos; }
 
-nook::ErrorMetrics difference(const Result& one, const Result& other)
+std::string digits(double value)
 {
-    nook::Image<std::uint8_t> both = one.counted;
-    for (int y = 0; y < both.height(); ++y)
-        for (int x = 0; x < both.width(); ++x)
-            if (other.counted(x, y) == 0) both(x, y) = 0;
-    nook::ErrorMetrics result;
-    support::checked(
-        nook::error_metrics(one.visibility.view(), other.visibility.view(), result, both.view()),
-        "error_metrics");
-    return result;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
 }
 
 }  // namespace report

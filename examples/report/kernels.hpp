@@ -1,81 +1,112 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
-#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include <nook/depth/chebyshev_ao.hpp>
-#include <nook/measure/error.hpp>
-#include <nook/owned_image.hpp>
-#include <nook/scratch.hpp>
+#include <nook/image.hpp>
+#include <nook/outcome.hpp>
 #include <nook/thread_executor.hpp>
+#include <nook/work_map.hpp>
 
-#include "reference.hpp"
+#include "structures.hpp"
+#include "subject.hpp"
 #include "view.hpp"
 
 namespace report {
 
-/// A kernel with its parameters, ready to run on one view.
-struct Kernel {
-    std::string name;   ///< also the name of its pictures
-    std::string brief;  ///< its parameters in a few words
-    nlohmann::ordered_json parameters;
+using Json = nlohmann::ordered_json;
+
+/// What a picture of visibility holds, so that only the like is compared.
+enum class Meaning : std::uint8_t {
+    visibility,  ///< cosine-weighted share of directions without an occluder in the radius
+    obscurance,  ///< the same with 1 − exp(−σ d) for an occluder at distance d
+    visibility_secondary,  ///< visibility with two secondary rays per open primary ray
+    obscurance_secondary,  ///< obscurance with them
+};
+[[nodiscard]] const char* name_of(Meaning meaning);
+
+/// What is to be known of a kernel, whatever its settings.
+struct KernelInfo {
+    const char *name, *family, *what, *source, *needs;
+    const char* estimates;  ///< what its values mean, in a line
+    /// It estimates what its reference holds. If not, the error after the best monotone fit and the
+    /// rank correlation say more than the raw one.
+    bool comparable;
+};
+[[nodiscard]] std::span<const KernelInfo> kernel_infos();
+
+/// A step of a frame. The last one of a kernel writes the visibility; the others write buffers of
+/// their own. Keeps its scratch (counted_scratch.hpp): only the first run allocates. The work of all
+/// steps is added up, so pixels, background and skipped pixels are for the last one alone to tell.
+struct Pass {
+    std::string name;
     std::function<nook::Outcome(const nook::ImageView<float>& visibility,
-                                nook::HeapScratch& scratch, nook::ThreadExecutor& threads)>
+                                nook::ThreadExecutor& threads)>
         run;
-    /// The kernel's own formula, pixel by pixel in double; empty when there is none, or when the kernel
-    /// is that. Computes one row in `exact_step`, those of `computes_exactly`.
+};
+
+/// What a step before the last returns: the error, and how often it passed over the image.
+[[nodiscard]] inline nook::Outcome before_last(const nook::Outcome& outcome)
+{
+    nook::Outcome result;
+    result.error = outcome.error;
+    result.work.passes = outcome.work.passes;
+    return result;
+}
+
+/// A kernel with its settings, ready to run on one view.
+struct Kernel {
+    std::string name;     ///< of a KernelInfo
+    std::string id;       ///< with the setting; unique in the cell; letters, digits, dots, dashes
+    std::string setting;  ///< in a few words
+    Json parameters = Json::object();
+    Meaning meaning = Meaning::visibility;
+    std::vector<Pass> passes;
+    /// The kernel's own formula, pixel by pixel in double, of the rows that the map has; empty when
+    /// there is none, or when the kernel is that.
     std::function<nook::Outcome(const nook::ImageView<float>& visibility, const nook::WorkMap& rows,
                                 nook::ThreadExecutor& threads)>
         exact;
-    int exact_step = 1;
+    /// Samples that `exact` reads per pixel: rows are left out of long ones.
+    double exact_samples = 1;
     /// Rows that it computes: one in `row_step`; the others come out as 1 and do not count.
     int row_step = 1;
-    /// A slow reference form: timed once, with all threads.
-    bool slow = false;
+    bool slow = false;           ///< a reference form: timed once, with all threads
+    bool is_default = false;     ///< the settings of the library's defaults
+    double preparation = 0;      ///< milliseconds once per scene, all threads
+    std::size_t structures = 0;  ///< bytes of what the preparation made
+    /// Bytes beside inputs, output and structures, after a run: scratch and buffers between passes.
+    std::function<std::size_t()> memory;
+    /// The id of the kernel that does the same and leaves nothing out; empty for none.
+    std::string without;
 
     [[nodiscard]] bool computes(int y) const { return y % row_step == row_step / 2; }
-    [[nodiscard]] bool computes_exactly(int y) const { return y % exact_step == exact_step / 2; }
 };
 
-/// Kernels from depth alone, and from depth and normals.
-void add_depth_kernels(const View& view, double radius, std::vector<Kernel>& kernels);
-void add_surface_kernels(const View& view, double radius, std::vector<Kernel>& kernels);
-
-/// Everything that is compared on this view. They refer to it and to nothing else.
-[[nodiscard]] std::vector<Kernel> kernels_for(const View& view, double radius);
-
-/// How long one kernel took, in milliseconds, over several rounds.
-struct Timing {
-    int threads = 1, rounds = 0;
-    double median = 0, fastest = 0, p90 = 0;
+/// What kernels are made for. Outlives them.
+struct Setup {
+    const Cell& cell;
+    const View& view;
+    Structures& structures;  ///< of the scene
+    bool quick;              ///< fewer settings
+    nook::ThreadExecutor& threads;
 };
 
-/// What became of one kernel on one view.
-struct Result {
-    Kernel kernel;
-    nook::Image<float> visibility;
-    nook::Image<std::uint8_t> counted;  ///< pixels that are measured
-    std::vector<Timing> timings;
-    nook::ErrorMetrics error;  ///< against the traced reference
-    double ssim = 1;
-    nook::ErrorMetrics height_field;  ///< against the height field
-    /// Against the kernel's own exact form, where it has one.
-    std::optional<nook::ErrorMetrics> exact;
-    nook::Work work;
-};
+/// A number for a text: three digits at most.
+[[nodiscard]] std::string digits(double value);
 
-/// Runs every kernel, for its picture, its error and its time. Kernels take turns, so that a change in
-/// the machine's speed meets all of them; the first round warms up and does not count.
-[[nodiscard]] std::vector<Result> measure(const View& view, const Reference& reference,
-                                          const std::vector<Kernel>& kernels,
-                                          nook::ThreadExecutor& threads,
-                                          support::Progress& progress);
-
-/// How far the results of two kernels lie apart, over the pixels that both count.
-[[nodiscard]] nook::ErrorMetrics difference(const Result& one, const Result& other);
+/// Each adds its family, with all settings; none when the cell is not for it. Kernels over screens want
+/// a limited radius, those of the viewpoint channel an unlimited one.
+void add_depth_kernels(const Setup& setup, std::vector<Kernel>& kernels);
+void add_surface_kernels(const Setup& setup, std::vector<Kernel>& kernels);
+void add_outline_kernels(const Setup& setup, std::vector<Kernel>& kernels);
+void add_traced_kernels(const Setup& setup, std::vector<Kernel>& kernels);
+void add_information_kernels(const Setup& setup, std::vector<Kernel>& kernels);
 
 }  // namespace report

@@ -1,38 +1,48 @@
 // nook-report: every kernel on every scene, with its error, its run time and its pictures.
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <limits>
+#include <memory>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include <nook/version.hpp>
+
 #include "../scenes/scenes.hpp"
+#include "../stability/stability.hpp"
 #include "../support/failure.hpp"
 #include "../support/files.hpp"
+#include "../support/machine.hpp"
 #include "../support/obj_file.hpp"
 #include "../support/program.hpp"
 #include "../support/progress.hpp"
-#include "kernels.hpp"
+#include "calibration.hpp"
+#include "cell.hpp"
+#include "comparison.hpp"
+#include "document.hpp"
 #include "options.hpp"
-#include "output.hpp"
-#include "pictures.hpp"
-#include "reference.hpp"
+#include "schedule.hpp"
+#include "store.hpp"
+#include "structures.hpp"
+#include "subject.hpp"
 #include "view.hpp"
 
 namespace report {
 
 namespace {
 
-/// What is written beside the folders of the scenes.
-constexpr const char* json_name = "report.json";
-
-/// A scene, and what is not part of it.
-struct Subject {
-    scenes::Scene scene;
-    std::size_t dropped = 0;  ///< triangles of its file that were no good
-    bool figures = false;     ///< figures 2 and 4 are drawn too
-};
+/// What is written beside the folder of the cells.
+constexpr const char *json_name = "report.json", *csv_name = "report.csv",
+                     *page_name = "index.html", *cells_name = "cells";
+/// Parts of a run that belong to no scene, beside the cells.
+constexpr const char *stability_name = "stability", *calibration_name = "calibration";
 
 /// A name for a folder out of the name of a file: letters, digits, dots, dashes and underscores.
 std::string folder_name(const std::filesystem::path& file)
@@ -51,6 +61,8 @@ Subject load(const std::string& file, const Options& options)
     support::ObjMesh mesh = support::read_obj(file);
     Subject subject;
     subject.dropped = mesh.dropped;
+    subject.what = "a mesh from a file";
+    subject.alone = true;
     scenes::Scene& scene = subject.scene;
     scene.name = folder_name(file);
     scene.positions = std::move(mesh.positions);
@@ -68,112 +80,265 @@ std::vector<Subject> subjects_of(const Options& options)
     std::vector<Subject> subjects;
     for (const std::string& mesh : options.meshes) subjects.push_back(load(mesh, options));
     for (const scenes::Entry& entry : scenes::all()) {
-        bool wanted = options.meshes.empty() && options.scenes.empty();
+        bool wanted = options.whole();
         for (const std::string& name : options.scenes) wanted = wanted || name == entry.name;
-        if (wanted) subjects.push_back({entry.make(), 0, entry.figures});
+        if (wanted)
+            subjects.push_back(
+                {entry.make(), entry.what, 0, entry.figures, entry.alone, entry.thin});
     }
-    for (std::size_t i = 0; i < subjects.size(); ++i) {
-        scenes::Scene& scene = subjects[i].scene;
-        const auto taken = [&](const std::string& name) {
-            bool found = name == json_name;
-            for (std::size_t j = 0; j < i; ++j) found = found || name == subjects[j].scene.name;
-            return found;
-        };
+    std::set<std::string> taken{stability_name, calibration_name};
+    for (Subject& subject : subjects) {
+        scenes::Scene& scene = subject.scene;
         const std::string name = scene.name;
-        for (int number = 2; taken(scene.name); ++number)
+        for (int number = 2; !taken.insert(scene.name).second; ++number)
             scene.name = name + '-' + std::to_string(number);
         scene.camera = checked_camera(scene, options);
     }
     return subjects;
 }
 
+/// A scene at its radii.
+std::vector<Cell> cells_of(const std::vector<Subject>& subjects, const Options& options)
+{
+    constexpr double unlimited = std::numeric_limits<double>::infinity();
+    std::vector<Cell> cells;
+    std::set<std::string> taken{stability_name, calibration_name};
+    for (const Subject& subject : subjects) taken.insert(subject.scene.name);
+    for (const Subject& subject : subjects) {
+        const std::string& name = subject.scene.name;
+        const double usual = subject.scene.radius;
+        const auto add = [&](const char* ending, double factor) {
+            std::string id = name + ending;
+            for (int number = 2; !taken.insert(id).second; ++number)
+                id = name + ending + '-' + std::to_string(number);
+            cells.push_back({id, &subject, usual * factor, factor, false});
+        };
+        const double radius = options.radius.value_or(usual);
+        constexpr double most = std::numeric_limits<double>::max();
+        cells.push_back({name, &subject, radius, std::min(radius / usual, most), true});
+        if (!options.radius && !options.quick && subject.scene.triangles() > 0) {
+            add("-half", 0.5);
+            add("-double", 2);
+        }
+        if (!options.radius && subject.alone) add("-unlimited", unlimited);
+    }
+    return cells;
+}
+
 /// Refuses what stands in the way of folders and files before there are results to lose.
-void check_output(const Options& options, const std::vector<Subject>& subjects)
+void check_output(const Options& options, const std::vector<Cell>& cells)
 {
     namespace fs = std::filesystem;
     std::error_code ignored;
-    const fs::path json = options.folder / json_name;
-    if (fs::is_directory(json, ignored)) throw support::Failure{json.string() + ": is a folder"};
-    for (const Subject& subject : subjects) {
-        const fs::path folder = options.folder / subject.scene.name;
+    for (const char* name : {json_name, csv_name, page_name})
+        if (const fs::path file = options.folder / name; fs::is_directory(file, ignored))
+            throw support::Failure{file.string() + ": is a folder"};
+    const auto check_folder = [&](const fs::path& folder) {
         const fs::file_status status = fs::status(folder, ignored);
         if (fs::exists(status) && !fs::is_directory(status))
             throw support::Failure{folder.string() + ": is not a folder"};
-    }
+    };
+    check_folder(options.folder / cells_name);
+    for (const Cell& cell : cells) check_folder(options.folder / cells_name / cell.id);
 }
 
-SceneReport run(const Subject& subject, const Options& options, nook::ThreadExecutor& threads,
-                support::Progress& progress)
+/// What tells runs apart whose results are not the same.
+Json key_of(const Options& options)
 {
-    const scenes::Scene& scene = subject.scene;
-    const double radius = options.radius.value_or(scene.radius);
-    progress.step("drawing");
-    const View view = draw(scene, options, threads);
-    const Reference reference = trace(scene, view, radius, options.rays, threads, progress);
-    const std::vector<Result> results =
-        measure(view, reference, kernels_for(view, radius), threads, progress);
-
-    progress.step("writing the pictures");
-    const std::filesystem::path folder = options.folder / scene.name;
-    support::prepare_folder(folder);
-    write_pictures(folder, scene, view, reference, results);
-    if (subject.figures) write_figures(folder, view, radius, threads);
-
-    SceneReport summary;
-    summary.name = scene.name;
-    summary.triangles = scene.triangles();
-    summary.dropped = subject.dropped + reference.dropped;
-    summary.width = view.width();
-    summary.height = view.height();
-    summary.background_share =
-        double(view.background) / (double(view.width()) * double(view.height()));
-    summary.orthographic = view.projection.orthographic;
-    summary.rays = reference.rays;
-    summary.radius = reference.radius;
-    summary.reference_seconds = reference.seconds;
-    summary.build_seconds = reference.build_seconds;
-    summary.standard_error = reference.standard_error;
-    summary.rays_traced = reference.rays_traced;
-    summary.rays_skipped = reference.rays_skipped;
-    summary.slices = reference.slices;
-    summary.height_field_step = reference.height_field_step;
-    summary.height_field_seconds = reference.height_field_seconds;
-    summary.unknown = reference.unknown;
-    const Result *separable = nullptr, *exact = nullptr;
-    for (const Result& result : results) {
-        summary.rows.push_back({result.kernel.name, result.kernel.brief, result.kernel.parameters,
-                                result.timings, result.kernel.row_step, result.error, result.ssim,
-                                result.height_field, result.exact, result.work});
-        if (result.kernel.name == "chebyshev-range") separable = &result;
-        if (result.kernel.name == "chebyshev-range-exact") exact = &result;
-    }
-    if (separable != nullptr && exact != nullptr)
-        summary.range_checks = difference(*separable, *exact);
-    return summary;
+    Json key;
+    key["quick"] = options.quick;
+    key["size"] = {options.width, options.height};
+    key["directions"] = options.directions;
+    key["threads"] = options.threads;
+    key["cpu"] = support::cpu_name();
+    return key;
 }
 
-void run_all(const Options& options)
+Json input_of(const Cell& cell)
 {
-    const std::vector<Subject> subjects = subjects_of(options);
-    check_output(options, subjects);
-    nook::ThreadExecutor threads{options.threads};
-    support::prepare_folder(options.folder);
-    std::vector<SceneReport> reports;
-    std::vector<stability::Family> families;
+    const scenes::Scene& scene = cell.subject->scene;
+    const nook::Camera& camera = scene.camera;
+    const auto vector = [](const glm::dvec3& v) { return Json{v.x, v.y, v.z}; };
+    Json input;
+    input["positions"] =
+        digest(scene.positions.data(), scene.positions.size() * sizeof(scene.positions[0]));
+    input["indices"] =
+        digest(scene.indices.data(), scene.indices.size() * sizeof(scene.indices[0]));
+    input["radius"] = cell.unlimited() ? Json(nullptr) : Json(cell.radius);
+    input["principal"] = cell.principal;
+    input["camera"] = {vector(camera.eye),  vector(camera.target), vector(camera.up),
+                       camera.orthographic, camera.vertical_fov,   camera.view_height};
+    return input;
+}
+
+/// Text as JSON; what is not UTF-8 in a name is replaced.
+std::string text_of(const Json& json)
+{
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+/// The run itself: what was kept, or else measured and kept.
+class Experiment {
+public:
+    Experiment(const Options& options, const std::vector<Subject>& subjects,
+               const std::vector<Cell>& cells)
+        : options_{options},
+          cells_{cells},
+          threads_{options.threads},
+          store_{options.folder / cells_name, key_of(options)},
+          schedule_{options}
     {
-        support::Progress progress;
-        for (std::size_t i = 0; i < subjects.size(); ++i) {
-            progress.scene(int(i + 1), int(subjects.size()), subjects[i].scene.name);
-            reports.push_back(run(subjects[i], options, threads, progress));
-        }
-        progress.step("extreme inputs");
-        families = stability::run();
+        for (const Subject& subject : subjects)
+            structures_.push_back(std::make_unique<Structures>(subject.scene, threads_));
     }
-    support::write_file(options.folder / json_name,
-                        json_of(reports, families, options).dump(2) + '\n');
-    print_table(std::cout, reports);
-    std::cout << "pictures and report.json: " << options.folder.string() << '\n';
+
+    [[nodiscard]] Json run()
+    {
+        const auto start = Clock::now();
+        plan();
+        Json report;
+        report["format"] = 2;
+        report["nook"] = nook::version;
+        report["machine"] = {{"cpu", support::cpu_name()},
+                             {"compiler", support::compiler_name()},
+                             {"threads", options_.threads}};
+        report["run"] = {{"command", options_.command},
+                         {"quick", options_.quick},
+                         {"width", options_.width},
+                         {"height", options_.height},
+                         {"directions", options_.directions}};
+        report["kernels"] = Json::array();
+        for (const KernelInfo& info : kernel_infos())
+            report["kernels"].push_back({{"name", info.name},
+                                         {"family", info.family},
+                                         {"what", info.what},
+                                         {"source", info.source},
+                                         {"needs", info.needs},
+                                         {"estimates", info.estimates},
+                                         {"comparable", info.comparable}});
+        report["cells"] = Json::array();
+        report["stability"] = stability::json_of({});
+        report["calibration"] = nullptr;
+        for (Part& part : parts_) {
+            if (!part.kept) measure(part);
+            if (part.name == stability_name) report["stability"] = std::move(*part.kept);
+            else if (part.name == calibration_name) report["calibration"] = std::move(*part.kept);
+            else report["cells"].push_back(std::move(*part.kept));
+        }
+        progress_.clear();
+        report["run"]["seconds"] = seconds_since(start);
+        return report;
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    struct Part {
+        std::string name;
+        Json input;
+        const Cell* cell;  ///< null for one that belongs to no scene
+        double seconds;    ///< that it should take
+        std::optional<Json> kept;
+    };
+
+    static double seconds_since(Clock::time_point start)
+    {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+    Structures& structures_of(const Cell& cell)
+    {
+        for (const auto& structures : structures_)
+            if (&structures->scene() == &cell.subject->scene) return *structures;
+        throw support::Failure{cell.id + ": a cell of no scene"};
+    }
+
+    void plan()
+    {
+        progress_.step("looking at the scenes");
+        for (const Cell& cell : cells_) parts_.push_back({cell.id, input_of(cell), &cell, 0, {}});
+        if (options_.whole()) {
+            parts_.push_back({stability_name, nullptr, nullptr, 8, {}});
+            parts_.push_back(
+                {calibration_name, nullptr, nullptr, options_.quick ? 8.0 : 150.0, {}});
+        }
+        std::size_t kept = 0;
+        for (Part& part : parts_) {
+            part.kept = store_.find(part.name, part.input);
+            kept += part.kept ? 1 : 0;
+            if (part.kept) continue;
+            if (part.cell != nullptr)
+                part.seconds =
+                    schedule_.seconds_of(*part.cell, structures_of(*part.cell), threads_);
+            schedule_.add(part.seconds);
+        }
+        progress_.clear();
+        std::cout << structures_.size() << (structures_.size() == 1 ? " scene, " : " scenes, ")
+                  << parts_.size() << (parts_.size() == 1 ? " part" : " parts");
+        if (kept > 0) std::cout << ", " << kept << " of them measured before";
+        if (kept < parts_.size()) std::cout << ": about " << duration(schedule_.left());
+        std::cout << '\n' << std::flush;
+    }
+
+    void measure(Part& part)
+    {
+        const auto start = Clock::now();
+        const auto number = &part - parts_.data() + 1;
+        progress_.scene(static_cast<int>(number), static_cast<int>(parts_.size()),
+                        part.name + " (" + duration(schedule_.left()) + " left)");
+        if (part.cell != nullptr) {
+            part.kept = report::measure(*part.cell, options_, structures_of(*part.cell), threads_,
+                                        store_.folder(part.name), progress_);
+        } else if (part.name == stability_name) {
+            progress_.step("extreme inputs");
+            part.kept = stability::json_of(stability::run());
+        } else {
+            part.kept = calibrate(options_.quick, threads_, progress_);
+        }
+        store_.keep(part.name, part.input, *part.kept);
+        schedule_.done(part.seconds, seconds_since(start));
+    }
+
+    const Options& options_;
+    const std::vector<Cell>& cells_;
+    nook::ThreadExecutor threads_;
+    Store store_;
+    Schedule schedule_;
+    support::Progress progress_;
+    std::vector<std::unique_ptr<Structures>> structures_;
+    std::vector<Part> parts_;
+};
+
+/// Returns the status to exit with.
+int run_all(const Options& options)
+{
+    // Read before the long run, and before a run that writes to its folder.
+    Json earlier;
+    if (options.compare) {
+        earlier = load_report(*options.compare);
+        check_old_report(earlier, options.width, options.height, options.directions,
+                         options.compare->string());
+    }
+    const std::vector<Subject> subjects = subjects_of(options);
+    const std::vector<Cell> cells = cells_of(subjects, options);
+    check_output(options, cells);
+    support::prepare_folder(options.folder);
+    support::prepare_folder(options.folder / cells_name);
+
+    const Json report = Experiment{options, subjects, cells}.run();
+    support::write_file(options.folder / csv_name, csv_of(report));
+    support::write_file(options.folder / page_name, page_of(report, options.folder / cells_name));
+    support::write_file(options.folder / json_name, text_of(report));
+    print_table(std::cout, report);
+    std::cout << "page, report.json and report.csv: " << options.folder.string() << '\n';
+    int status = 0;
+    if (options.compare) {
+        const Comparison comparison =
+            compare(earlier, report, options.tolerances, options.compare->string());
+        print(std::cout, comparison, options.tolerances);
+        status = comparison.worse.empty() ? 0 : 1;
+    }
     if (!std::cout.flush()) throw support::Failure{"the table cannot be written to stdout"};
+    return status;
 }
 
 }  // namespace
@@ -182,8 +347,10 @@ void run_all(const Options& options)
 
 int main(int argc, char** argv)
 {
-    return support::run_program("nook-report", [&] {
+    int status = 0;
+    const int failed = support::run_program("nook-report", [&] {
         report::Options options;
-        if (report::read_options(argc, argv, options)) report::run_all(options);
+        if (report::read_options(argc, argv, options)) status = report::run_all(options);
     });
+    return failed != 0 ? failed : status;
 }

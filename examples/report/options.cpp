@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <iomanip>
 #include <iostream>
 #include <limits>
@@ -23,7 +25,7 @@ namespace report {
 
 namespace {
 
-constexpr int largest_side = 32768, largest_rays = 65536, largest_threads = 1024;
+constexpr int largest_side = 32768, largest_directions = 65536, largest_threads = 1024;
 constexpr long long largest_picture = 1ll << 26;
 
 std::string in_quotes(std::string_view text)
@@ -113,28 +115,68 @@ void list_scenes()
         std::cout << std::left << std::setw(10) << entry.name << entry.what << '\n';
 }
 
+/// As a shell would take it.
+std::string command_of(int argc, const char* const* argv)
+{
+    std::string command = "nook-report";
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        const bool plain =
+            !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+                return std::isalnum(c) != 0 ||
+                       std::string_view{"-_./,:+="}.find(char(c)) != std::string_view::npos;
+            });
+        command += ' ';
+        if (plain) {
+            command += word;
+            continue;
+        }
+        command += '\'';
+        for (const char c : word) command += c == '\'' ? std::string{"'\\''"} : std::string{c};
+        command += '\'';
+    }
+    return command;
+}
+
+std::string plain(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
 }  // namespace
 
 bool read_options(int argc, const char* const* argv, Options& options)
 {
     options.threads =
         std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, largest_threads);
+    options.command = command_of(argc, argv);
 
     CLI::App app{
-        "Measures every kernel of nook on meshes or the built-in scenes: error against a\n"
-        "ray-traced reference, run time, pictures. y is up. Writes pictures and\n"
-        "report.json to a folder and prints a table.",
+        "Measures every kernel of nook on meshes or the built-in scenes: error against\n"
+        "references, run time, memory. y is up. Writes a page with plots, pictures and tables,\n"
+        "report.json and report.csv to a folder, and prints a table. An interrupted run is taken\n"
+        "up by the same command.",
         "nook-report"};
     support::set_up(app);
-    std::string size = "960x540", camera, radius, rays = "256",
-                threads = std::to_string(options.threads), folder = options.folder.string();
+    const Options full;
+    std::string size = "640x360", camera, radius, rays = std::to_string(full.directions),
+                threads = std::to_string(options.threads), folder = options.folder.string(),
+                compare, error_tolerance = plain(full.tolerances.error),
+                time_tolerance = plain(full.tolerances.time);
     bool list = false;
     app.add_option("mesh", options.meshes, "OBJ files; without any, all built-in scenes")
         ->type_name("FILE")
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    app.add_option("--scene", options.scenes, "Built-in scenes by name")
+    app.add_option("--scene", options.scenes,
+                   "Built-in scenes by name. Without meshes and scenes the report has the\n"
+                   "extreme inputs and the calibration besides")
         ->type_name("NAME")
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_flag("--quick", options.quick,
+                 "Fewer settings, the usual radius alone, and by default --size 320x180\n"
+                 "--rays 512: two minutes on two cores");
     app.add_option("--size", size, "Size of the picture in pixels")
         ->type_name("WIDTHxHEIGHT")
         ->capture_default_str();
@@ -146,11 +188,12 @@ bool read_options(int argc, const char* const* argv, Options& options)
                  "Orthographic view that shows as much at the target");
     app.add_option("--radius", radius,
                    "How far occlusion reaches, in world units\n"
-                   "[5 % of the scene's diagonal; terrain 60, curtain 25, arcade 2; temple, city\n"
-                   "and corridor 0.3]. The default window is its projection to both sides at the\n"
-                   "scene's median depth: odd, at most " +
+                   "[half the scene's usual radius, that and twice that; and for objects alone\n"
+                   "without a limit. The usual radius is 5 % of the scene's diagonal; terrain 60,\n"
+                   "curtain 25, arcade 2; temple, city and corridor 0.3]. The default window is\n"
+                   "its projection to both sides at the scene's median depth: odd, at most " +
                        std::to_string(largest_window) +
-                       " pixels. The same maximum holds for\nwindows that follow 1/depth")
+                       "\npixels. The same maximum holds for windows that follow 1/depth")
         ->type_name("R");
     app.add_option("--rays", rays,
                    "Directions per pixel of the reference, from 2; rounded up to an even number")
@@ -160,9 +203,23 @@ bool read_options(int argc, const char* const* argv, Options& options)
         ->type_name("N")
         ->capture_default_str();
     app.add_option("--out", folder,
-                   "Folder for pictures and report.json; files of an earlier run are\n"
-                   "replaced, never deleted")
+                   "Folder for index.html, report.json, report.csv and pictures; files of an\n"
+                   "earlier run are replaced, never deleted, and what it measured with this very\n"
+                   "program and these options is not measured again")
         ->type_name("DIR")
+        ->capture_default_str();
+    app.add_option("--compare", compare,
+                   "An earlier report.json: prints what got worse, and exits with 1 if\n"
+                   "anything did beyond the tolerances")
+        ->type_name("FILE");
+    app.add_option("--error-tolerance", error_tolerance,
+                   "How much larger an RMSE may be, with --compare")
+        ->type_name("E")
+        ->capture_default_str();
+    app.add_option("--time-tolerance", time_tolerance,
+                   "How much longer a frame may take relative to the others, as a share,\n"
+                   "with --compare")
+        ->type_name("S")
         ->capture_default_str();
     app.add_flag("--list", list, "List the built-in scenes");
     if (!support::parse(app, argc, argv)) return false;
@@ -171,18 +228,31 @@ bool read_options(int argc, const char* const* argv, Options& options)
         return false;
     }
 
+    if (options.quick && app.count("--size") == 0) size = "320x180";
+    if (options.quick && app.count("--rays") == 0) rays = "512";
     read_size(size, options);
     if (!camera.empty() || app.count("--camera") > 0) options.camera = read_camera(camera);
     if (app.count("--radius") > 0) {
         options.radius = number("--radius", radius);
         if (!(*options.radius > 0)) fail("--radius", radius + " is not above 0");
     }
-    options.rays = count("--rays", rays, 2, largest_rays);
-    options.rays += options.rays % 2;
+    options.directions = count("--rays", rays, 2, largest_directions);
+    options.directions += options.directions % 2;
     options.threads = count("--threads", threads, 1, largest_threads);
     for (const std::string& name : options.scenes) check_scene(name);
     if (folder.empty()) fail("--out", "an empty name");
     options.folder = folder;
+    if (app.count("--compare") > 0) {
+        if (compare.empty()) fail("--compare", "an empty name");
+        options.compare = compare;
+    }
+    const auto tolerance = [&](const char* option, const std::string& text, double& value) {
+        if (app.count(option) > 0 && !options.compare) fail(option, "goes with --compare");
+        value = number(option, text);
+        if (!(value >= 0)) fail(option, text + " is below 0");
+    };
+    tolerance("--error-tolerance", error_tolerance, options.tolerances.error);
+    tolerance("--time-tolerance", time_tolerance, options.tolerances.time);
     return true;
 }
 

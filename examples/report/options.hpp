@@ -7,22 +7,34 @@
 
 #include <nook/scene/camera.hpp>
 
+#include "comparison.hpp"
+
 namespace report {
 
 /// What the command line asks for.
 struct Options {
     std::vector<std::string> meshes;
     std::vector<std::string> scenes;
-    int width = 960, height = 540;
+    /// Fewer settings, one radius, small pictures: two minutes on two cores.
+    bool quick = false;
+    int width = 640, height = 360;
     /// Replaces the camera of every scene; its orthographic part is set from `orthographic`.
     std::optional<nook::Camera> camera;
     bool orthographic = false;
-    /// World units; unset: each scene's own.
+    /// World units; unset: multiples of each scene's own.
     std::optional<double> radius;
-    /// Directions per pixel of the reference, both halves together; even.
-    int rays = 256;
+    /// Directions per pixel of the traced references, both halves together; even.
+    int directions = 2048;
     int threads = 1;
     std::filesystem::path folder = "nook-report";
+    /// An earlier report.json to hold this one against.
+    std::optional<std::filesystem::path> compare;
+    Tolerances tolerances;
+    /// As it was given, for the record.
+    std::string command;
+
+    /// All built-in scenes, and with them what belongs to no scene.
+    [[nodiscard]] bool whole() const { return meshes.empty() && scenes.empty(); }
 };
 
 /// Reads the command line. Returns false when it has been answered (--help, --list) and there is

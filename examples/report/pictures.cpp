@@ -8,6 +8,8 @@
 
 #include <glm/geometric.hpp>
 
+#include <nook/depth/chebyshev_ao.hpp>
+
 #include "../support/checked.hpp"
 #include "../support/colour_map.hpp"
 
@@ -61,43 +63,39 @@ Picture normal_picture(const View& view)
     return picture;
 }
 
-/// The row that a kernel computed nearest to `y`.
-int computed_row(const Kernel& kernel, int y, int height)
+/// An image of which one row in `row_step` was computed, with the others repeated from the nearest.
+nook::Image<float> filled(const nook::Image<float>& image, int row_step)
 {
-    int row = y - y % kernel.row_step + kernel.row_step / 2;
-    if (row >= height) row -= kernel.row_step;
-    return (std::max)(row, 0);
-}
-
-/// The visibility with the rows that were left out repeated from the nearest; background is 1.
-nook::Image<float> filled(const Result& result)
-{
-    nook::Image<float> image{result.visibility.width(), result.visibility.height()};
+    nook::Image<float> result{image.width(), image.height()};
     for (int y = 0; y < image.height(); ++y) {
-        const int row = computed_row(result.kernel, y, image.height());
-        for (int x = 0; x < image.width(); ++x) image(x, y) = result.visibility(x, row);
+        int row = y - y % row_step + row_step / 2;
+        if (row >= image.height()) row -= row_step;
+        for (int x = 0; x < image.width(); ++x) result(x, y) = image(x, (std::max)(row, 0));
     }
-    return image;
+    return result;
 }
 
-Picture error_picture(const View& view, const Reference& reference, const Result& result)
+/// Image − reference.
+Picture error_picture(const View& view, const nook::Image<float>& image,
+                      const nook::Image<float>& reference)
 {
     constexpr double most = 0.5;
     Picture picture{view.width(), view.height()};
-    for (int y = 0; y < view.height(); ++y) {
-        const int row = computed_row(result.kernel, y, view.height());
+    for (int y = 0; y < view.height(); ++y)
         for (int x = 0; x < view.width(); ++x)
-            if (result.counted(x, row) != 0)
-                picture.set(x, y,
-                            support::diverging((double{result.visibility(x, row)} -
-                                                double{reference.visibility(x, row)}) /
-                                               most));
-    }
-    const std::string caption = result.kernel.name +
-                                " - reference: blue too dark, red too bright; "
-                                "RMSE " +
-                                text("%.4f", result.error.rmse);
-    return support::with_scale(picture, {support::diverging, -1, 1, {-most, 0, most}, caption});
+            if (view.surface(x, y) != 0)
+                picture.set(
+                    x, y,
+                    support::diverging((double{image(x, y)} - double{reference(x, y)}) / most));
+    return support::with_scale(picture,
+                               {support::diverging, -1, 1, {-most, 0, most}, "less the reference"});
+}
+
+/// Small enough for hundreds of them on a page.
+Picture small(Picture picture)
+{
+    while (picture.width() > 480) picture = support::halved(picture);
+    return picture;
 }
 
 }  // namespace
@@ -135,33 +133,45 @@ Picture shaded(const scenes::Scene& scene, const View& view,
 }
 
 void write_pictures(const std::filesystem::path& folder, const scenes::Scene& scene,
-                    const View& view, const Reference& reference,
-                    const std::vector<Result>& results)
+                    const View& view, const std::vector<Traced>& references,
+                    const HeightField* height_field, const std::vector<Run>& runs, bool all)
 {
-    support::write_png(folder / "shaded.png", shaded(scene, view));
-    support::write_png(folder / "depth.png", depth_picture(view));
-    support::write_pfm(folder / "depth.pfm", view.depth.view());
-    support::write_png(folder / "normals.png", normal_picture(view));
-    support::write_png(folder / "reference.png", grey(reference.visibility.view()));
-    support::write_pfm(folder / "reference.pfm", reference.visibility.view());
-    support::write_png(folder / "reference-composed.png",
-                       shaded(scene, view, reference.visibility.view()));
-    Result height_field;
-    height_field.kernel.name = "height-field";
-    height_field.kernel.row_step = reference.height_field_step;
-    height_field.visibility = reference.height_field;
-    height_field.counted = view.surface;
-    height_field.error = reference.unknown;
-    support::write_png(folder / "height-field.png", grey(filled(height_field).view()));
-    support::write_png(folder / "height-field-error.png",
-                       error_picture(view, reference, height_field));
-    for (const Result& result : results) {
-        const nook::Image<float> visibility = filled(result);
-        const std::string& name = result.kernel.name;
-        support::write_png(folder / (name + ".png"), grey(visibility.view()));
-        support::write_png(folder / (name + "-composed.png"),
-                           shaded(scene, view, visibility.view()));
-        support::write_png(folder / (name + "-error.png"), error_picture(view, reference, result));
+    const auto write = [&](const std::string& name, const Picture& picture) {
+        support::write_jpeg(folder / (name + ".jpg"), small(picture));
+        if (all) support::write_png(folder / (name + ".png"), picture);
+    };
+    write("shaded", shaded(scene, view));
+    if (all) {
+        support::write_png(folder / "depth.png", depth_picture(view));
+        support::write_pfm(folder / "depth.pfm", view.depth.view());
+        support::write_png(folder / "normals.png", normal_picture(view));
+    }
+    for (const Traced& reference : references) {
+        const std::string name = std::string{"reference-"} + name_of(reference.meaning);
+        write(name, grey(reference.visibility.view()));
+        if (all) support::write_pfm(folder / (name + ".pfm"), reference.visibility.view());
+    }
+    const auto reference_of = [&](Meaning meaning) -> const nook::Image<float>& {
+        return std::find_if(references.begin(), references.end(),
+                            [&](const Traced& traced) { return traced.meaning == meaning; })
+            ->visibility;
+    };
+    if (height_field != nullptr) {
+        const nook::Image<float> image = filled(height_field->visibility, height_field->row_step);
+        write("height-field", grey(image.view()));
+        if (all)
+            support::write_png(folder / "height-field-error.png",
+                               error_picture(view, image, reference_of(Meaning::visibility)));
+    }
+    for (const Run& run : runs) {
+        const nook::Image<float> image = filled(run.visibility, run.kernel.row_step);
+        write(run.kernel.id, grey(image.view()));
+        if (!all) continue;
+        support::write_png(folder / (run.kernel.id + "-error.png"),
+                           error_picture(view, image, reference_of(run.kernel.meaning)));
+        if (run.kernel.is_default)
+            support::write_png(folder / (run.kernel.id + "-composed.png"),
+                               shaded(scene, view, image.view()));
     }
 }
 

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include <nook/image.hpp>
 
-#include "../scenes/scene.hpp"
 #include "../support/picture.hpp"
 #include "kernels.hpp"
 #include "reference.hpp"
+#include "runs.hpp"
 #include "view.hpp"
 
 namespace report {
@@ -20,12 +21,14 @@ namespace report {
 [[nodiscard]] support::Picture shaded(const scenes::Scene& scene, const View& view,
                                       const nook::ImageView<const float>& visibility = {});
 
-/// Writes into the folder: shaded.png, depth.png, depth.pfm, normals.png, reference.png,
-/// reference.pfm, reference-composed.png, height-field.png, height-field-error.png, and for each kernel NAME.png (visibility),
-/// NAME-composed.png and NAME-error.png. Rows that a kernel left out repeat the nearest one.
+/// What a cell leaves in its folder. For the page, small: shaded.jpg, height-field.jpg,
+/// reference-MEANING.jpg, and ID.jpg of each run. With `all`, as large as they were computed:
+/// shaded.png, depth.png, depth.pfm, normals.png, reference-MEANING.png and .pfm, height-field.png and
+/// height-field-error.png; of each run ID.png, ID-error.png and, of the library's defaults,
+/// ID-composed.png. Rows that a kernel left out repeat the nearest one.
 void write_pictures(const std::filesystem::path& folder, const scenes::Scene& scene,
-                    const View& view, const Reference& reference,
-                    const std::vector<Result>& results);
+                    const View& view, const std::vector<Traced>& references,
+                    const HeightField* height_field, const std::vector<Run>& runs, bool all);
 
 /// The strips of Chan & Im 2021: figure-2.png, the plain bound, with a bias and with the clamp, and
 /// figure-4.png, a sweep of the range check.

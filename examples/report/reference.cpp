@@ -4,9 +4,8 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <string>
 
-#include <nook/measure/error.hpp>
-#include <nook/scene/bvh.hpp>
 #include <nook/scene/traced_ao.hpp>
 #include <nook/surface/height_field_ao.hpp>
 
@@ -16,11 +15,18 @@ namespace report {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 /// Passes tasks on to the threads and says how many are done.
 struct Watched {
     nook::ThreadExecutor& threads;
-    support::Progress& progress;
-    double first, last;  ///< the share of the step that this call makes up
+    support::Progress* progress = nullptr;  ///< null: says nothing
+    double first = 0, last = 1;             ///< the share of the step that this call makes up
 
     [[nodiscard]] int concurrency() const { return threads.concurrency(); }
 
@@ -31,100 +37,167 @@ struct Watched {
         threads.for_each(count, [&](int task, int worker) {
             f(task, worker);
             const int now = 1 + done.fetch_add(1, std::memory_order_relaxed);
-            if (worker == 0) progress.share(first + (last - first) * now / count);
+            if (worker == 0 && progress != nullptr)
+                progress->share(first + (last - first) * now / count);
         });
     }
 };
 
-/// Rays of the view that the height field may walk on one view: a second or two.
-constexpr double walk_budget = 1.5e8;
-
-void trace_height_field(const View& view, nook::ThreadExecutor& threads,
-                        support::Progress& progress, Reference& reference)
+nook::Outcome trace_watched(const nook::Bvh& hierarchy, const View& view, double radius,
+                            Meaning meaning, int directions, std::uint32_t seed,
+                            const nook::ImageView<float>& visibility, CountedScratch& scratch,
+                            Watched watched)
 {
-    const int width = view.width(), height = view.height();
-    const double pixels = nook::pixels_per_length(view.projection, reference.radius, view.median).y;
-    const double walk = 2.0 * reference.slices * std::clamp(pixels, 1.0, double(width));
-    const double surfaces = double(width) * height - double(view.background);
-    const int most = (std::max)(height / 4, 1);
-    reference.height_field_step =
-        static_cast<int>(std::clamp(std::ceil(surfaces * walk / walk_budget), 1.0, double(most)));
-    nook::Image<std::uint8_t> rows{nook::WorkMap::groups(width), height};
-    nook::Image<std::uint8_t> counted = view.surface;
-    for (int y = 0; y < height; ++y) {
-        const bool computed = reference.computes_height_field(y);
-        for (int x = 0; x < rows.width(); ++x) rows(x, y) = computed ? 1 : 0;
-        if (!computed)
-            for (int x = 0; x < width; ++x) counted(x, y) = 0;
+    const auto run = [&](auto options) {
+        options.radius = radius;
+        options.directions = directions;
+        options.seed = seed;
+        return nook::traced_ao(hierarchy, view.depth.view(), view.normal(), visibility, options,
+                               view.projection, view.frame, {}, scratch, watched);
+    };
+    using nook::ExponentialFalloff, nook::SecondaryRays, nook::TracedOptions;
+    const ExponentialFalloff falloff{sigma_of(radius)};
+    switch (meaning) {
+    case Meaning::visibility: break;
+    case Meaning::obscurance: return run(TracedOptions<ExponentialFalloff>{.falloff = falloff});
+    case Meaning::visibility_secondary:
+        return run(TracedOptions<nook::StepFalloff, SecondaryRays>{});
+    case Meaning::obscurance_secondary:
+        return run(TracedOptions<ExponentialFalloff, SecondaryRays>{.falloff = falloff});
     }
-    reference.height_field = {width, height};
-    nook::HeightFieldOptions options;
-    options.radius = reference.radius;
-    options.slices = reference.slices;
-    support::checked(
-        nook::height_field_ao(view.depth.view(), view.normal(), reference.height_field.view(),
-                              options, view.projection, {rows.view(), false}, nook::HeapScratch{},
-                              Watched{threads, progress, 0, 1}),
-        "height_field_ao");
-    support::checked(nook::error_metrics(reference.height_field.view(), reference.visibility.view(),
-                                         reference.unknown, counted.view()),
-                     "error_metrics");
+    return run(TracedOptions<>{});
+}
+
+double rms_difference(const nook::Image<float>& image, const nook::Image<float>& other,
+                      const nook::Image<std::uint8_t>& counted)
+{
+    const nook::Measured difference = nook::rmse(image.view(), other.view(), counted.view());
+    if (!difference) throw support::Failure{"rmse: " + support::text_of(difference.error)};
+    return difference.value;
+}
+
+/// Pixels of the view that the height field may walk over on one picture, both forms together: about
+/// two seconds on two cores, and a quarter of one in a quick run.
+constexpr double walk_budget = 2e8, quick_walk_budget = 2.5e7;
+
+int affordable_row_step(const Setup& setup, int slices)
+{
+    const View& view = setup.view;
+    const double reach = nook::pixels_per_length(view.projection, setup.cell.radius, view.median).y;
+    const double walk = 2.0 * slices * std::clamp(reach, 1.0, double(view.width()));
+    const double surfaces = double(view.width()) * double(view.height()) - double(view.background);
+    const int most = (std::max)(view.height() / 4, 1);
+    return static_cast<int>(
+        std::clamp(std::ceil(surfaces * walk / (setup.quick ? quick_walk_budget : walk_budget)),
+                   1.0, double(most)));
 }
 
 }  // namespace
 
-Reference trace(const scenes::Scene& scene, const View& view, double radius, int rays,
-                nook::ThreadExecutor& threads, support::Progress& progress)
+bool is_vast(const View& view) { return view.farthest > 1e5 * view.nearest; }
+
+std::vector<Meaning> meanings_of(const Setup& setup)
 {
-    using Clock = std::chrono::steady_clock;
-    const auto seconds_since = [](Clock::time_point start) {
-        return std::chrono::duration<double>(Clock::now() - start).count();
-    };
-    Reference reference;
-    reference.rays = rays;
-    reference.radius = radius;
+    const Cell& cell = setup.cell;
+    if (cell.unlimited() || !cell.principal || is_vast(setup.view) ||
+        (setup.quick && !cell.subject->thin))
+        return {Meaning::visibility};
+    return {Meaning::visibility, Meaning::obscurance, Meaning::visibility_secondary,
+            Meaning::obscurance_secondary};
+}
 
+double sigma_of(double radius) { return 2 / radius; }
+
+nook::Outcome trace_once(const nook::Bvh& hierarchy, const View& view, double radius,
+                         Meaning meaning, int directions, std::uint32_t seed,
+                         const nook::ImageView<float>& visibility, CountedScratch& scratch,
+                         nook::ThreadExecutor& threads)
+{
+    return trace_watched(hierarchy, view, radius, meaning, directions, seed, visibility, scratch,
+                         {threads});
+}
+
+Traced trace(const Setup& setup, Meaning meaning, int directions, support::Progress& progress)
+{
+    const View& view = setup.view;
+    Traced traced;
+    traced.meaning = meaning;
+    traced.directions = directions;
     progress.step("building the hierarchy");
-    auto start = Clock::now();
-    nook::Bvh bvh;
-    support::checked(bvh.build(scene.mesh()), "Bvh::build");
-    reference.build_seconds = seconds_since(start);
-    reference.dropped = bvh.dropped();
+    const nook::Bvh& hierarchy = setup.structures.hierarchy().value;
 
-    progress.step("tracing the reference");
-    start = Clock::now();
+    progress.step(std::string{"tracing "} + name_of(meaning));
+    const Clock::time_point start = Clock::now();
+    CountedScratch scratch;
     nook::Image<float> halves[2];
     for (int half = 0; half < 2; ++half) {
         halves[half] = {view.width(), view.height()};
-        nook::TracedOptions<> options;
-        options.radius = radius;
-        options.directions = rays / 2;
-        options.seed = static_cast<std::uint32_t>(half + 1);
         const nook::Work work = support::checked(
-            nook::traced_ao(bvh, view.depth.view(), view.normal(), halves[half].view(), options,
-                            view.projection, view.frame, {}, {},
-                            Watched{threads, progress, 0.5 * half, 0.5 * half + 0.5}),
+            trace_watched(hierarchy, view, setup.cell.radius, meaning, directions / 2,
+                          static_cast<std::uint32_t>(half + 1), halves[half].view(), scratch,
+                          {setup.threads, &progress, 0.5 * half, 0.5 * half + 0.5}),
             "traced_ao");
-        reference.rays_traced += work.rays;
-        reference.rays_skipped += work.skipped_rays;
+        traced.rays += work.rays;
+        traced.skipped_rays += work.skipped_rays;
     }
-    reference.seconds = seconds_since(start);
-
-    const nook::Measured difference =
-        nook::rmse(halves[0].view(), halves[1].view(), view.surface.view());
-    if (!difference) throw support::Failure{"rmse: " + support::text_of(difference.error)};
-    reference.standard_error = difference.value / 2;
-    reference.visibility = std::move(halves[0]);
-    const auto& other = halves[1];
+    traced.seconds = seconds_since(start);
+    traced.standard_error = rms_difference(halves[0], halves[1], view.surface) / 2;
+    traced.visibility = std::move(halves[0]);
+    const nook::Image<float>& other = halves[1];
     for (int y = 0; y < view.height(); ++y)
         for (int x = 0; x < view.width(); ++x)
-            reference.visibility(x, y) = (reference.visibility(x, y) + other(x, y)) / 2;
+            traced.visibility(x, y) = (traced.visibility(x, y) + other(x, y)) / 2;
+    return traced;
+}
+
+HeightField height_field(const Setup& setup, const Traced& visibility, support::Progress& progress)
+{
+    const View& view = setup.view;
+    const int width = view.width(), height = view.height();
+    HeightField field;
+    nook::HeightFieldOptions options;
+    options.radius = setup.cell.radius;
+    if (setup.quick) options.slices /= 2;
+    field.slices = options.slices;
+    field.row_step = affordable_row_step(setup, options.slices + options.slices / 2);
+
+    nook::Image<std::uint8_t> rows{nook::WorkMap::groups(width), height};
+    nook::Image<std::uint8_t> counted = view.surface;
+    for (int y = 0; y < height; ++y) {
+        const bool computed = field.computes(y);
+        for (int x = 0; x < rows.width(); ++x) rows(x, y) = computed ? 1 : 0;
+        if (!computed)
+            for (int x = 0; x < width; ++x) counted(x, y) = 0;
+    }
 
     progress.step("the depth buffer as the only geometry");
-    start = Clock::now();
-    trace_height_field(view, threads, progress, reference);
-    reference.height_field_seconds = seconds_since(start);
-    return reference;
+    const Clock::time_point start = Clock::now();
+    nook::HeapScratch scratch;
+    const auto run = [&](int slices, double first, double last) {
+        options.slices = slices;
+        nook::Image<float> result{width, height};
+        support::checked(
+            nook::height_field_ao(view.depth.view(), view.normal(), result.view(), options,
+                                  view.projection, {rows.view(), false}, scratch,
+                                  Watched{setup.threads, &progress, first, last}),
+            "height_field_ao");
+        return result;
+    };
+    const nook::Image<float> half = run(field.slices / 2, 0, 1.0 / 3);
+    field.visibility = run(field.slices, 1.0 / 3, 1);
+    field.seconds = seconds_since(start);
+    field.standard_error = rms_difference(field.visibility, half, counted);
+    support::checked(nook::error_metrics(field.visibility.view(), visibility.visibility.view(),
+                                         field.unknown, counted.view()),
+                     "error_metrics");
+
+    for (int y = 0; y < height; ++y) {
+        const int computed = y / field.row_step * field.row_step + field.row_step / 2;
+        const int from = computed < height ? computed : computed - field.row_step;
+        if (from < 0) continue;
+        for (int x = 0; x < width; ++x) field.visibility(x, y) = field.visibility(x, from);
+    }
+    return field;
 }
 
 }  // namespace report

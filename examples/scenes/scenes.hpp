@@ -124,6 +124,10 @@ struct Entry {
     Scene (*make)();
     /// It is shown in figures 2 and 4 of Chan & Im 2021.
     bool figures = false;
+    /// An object in empty space.
+    bool alone = false;
+    /// Thin things hang in it, whose other side plain rays light.
+    bool thin = false;
 };
 [[nodiscard]] std::span<const Entry> all();
 

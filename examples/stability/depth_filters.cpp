@@ -7,6 +7,7 @@
 
 #include "exact.hpp"
 #include "stability.hpp"
+#include "worst.hpp"
 
 namespace stability {
 
@@ -65,9 +66,9 @@ std::vector<Point> exact_pixels(const DepthInput& input, const std::vector<Point
 
 /// The largest error of a quantity, relative, absolute and in ulps. Infinite where a value is; NaN
 /// where all values are.
-class Worst {
+class Errors {
 public:
-    explicit Worst(Precision precision) : precision_{precision} {}
+    explicit Errors(Precision precision) : precision_{precision} {}
 
     void add(double value, const exact::Wide& expected)
     {
@@ -114,18 +115,32 @@ Row measure(const DepthCase& subject, const DepthAlgorithm& algorithm, const Dep
 {
     const DepthOutput output = algorithm.run(input.depth, window);
     const bool has_variance = output.variance.width() > 0;
-    Worst variance{algorithm.precision}, visibility{algorithm.precision};
+    Errors variance{algorithm.precision}, visibility{algorithm.precision};
+    Worst worst;
     for (std::size_t i = 0; i < checked.size(); ++i) {
         const auto [x, y] = checked[i];
+        const double value = output.visibility(x, y);
+        const exact::Wide& truth = expected[i].visibility;
         if (has_variance) variance.add(output.variance(x, y), expected[i].variance);
-        visibility.add(output.visibility(x, y), expected[i].visibility);
+        visibility.add(value, truth);
+        worst.add(exact::distance(value, truth), [&, at = checked[i]] {
+            return joined("pixel (", at.x, ", ", at.y, "), window ", window, ", depth ",
+                          input.depth(at.x, at.y), ": ", value, " for ", truth.high);
+        });
     }
     const auto count = [&](const auto& is_so) {
         return static_cast<double>(std::count_if(clean.begin(), clean.end(), is_so));
     };
-    const double nans = count([&](const Point& at) {
-        return any_output(output, [&](const auto& image) { return std::isnan(image(at.x, at.y)); });
-    });
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    Worst poison;
+    for (const Point& at : clean)
+        if (any_output(output, [&](const auto& image) { return std::isnan(image(at.x, at.y)); }))
+            poison.add(nan, [&] {
+                return joined("pixel (", at.x, ", ", at.y, "), window ", window, ", depth ",
+                              input.depth(at.x, at.y), ": variance ",
+                              has_variance ? output.variance(at.x, at.y) : nan, ", visibility ",
+                              output.visibility(at.x, at.y));
+            });
     std::optional<double> changed;
     if (input.healthy.width() > 0) {
         const DepthOutput before = algorithm.run(input.healthy, window);
@@ -138,11 +153,14 @@ Row measure(const DepthCase& subject, const DepthAlgorithm& algorithm, const Dep
                    differs(output.visibility(x, y), before.visibility(x, y));
         });
     }
-    return {subject.label.name,
+    Row row{subject.label.name,
             algorithm.label.name,
             {{"window", window}, {"windows", clean.size()}, {"exact_windows", checked.size()}},
-            {variance.relative(), variance.ulps(), visibility.absolute(), visibility.ulps(), nans,
-             changed}};
+            {variance.relative(), variance.ulps(), visibility.absolute(), visibility.ulps(),
+             poison.nans(), changed}};
+    set_worst(row, 4, poison, 4);
+    set_worst(row, 2, worst, 4);
+    return row;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <nook/scene/traced_ao.hpp>
 
@@ -8,6 +8,7 @@
 #include "random.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
+#include "worst.hpp"
 
 namespace stability {
 
@@ -44,19 +45,22 @@ struct FalloffAlgorithm {
 
 constexpr double sigma = 0.25;
 
-/// The largest relative error over distances with σ d from `least` to ten times as much.
-double worst_error(Falloff falloff, double least)
+/// Relative errors over distances with σ d from `least` to ten times as much.
+Worst errors(Falloff falloff, double least)
 {
     constexpr int count = 1000;
     Random random;
-    double worst = 0;
+    Worst worst;
     for (int i = 0; i < count; ++i) {
         // A float, so that every algorithm is given the same; the product with σ is exact.
         const double distance =
             double{static_cast<float>(least / sigma * std::pow(10, random.unit()))};
         const long double exact = -std::expm1(-static_cast<long double>(sigma * distance));
-        const long double error = static_cast<long double>(falloff(sigma, distance)) - exact;
-        worst = std::max(worst, static_cast<double>(std::fabs(error) / exact));
+        const double value = falloff(sigma, distance);
+        const long double error = static_cast<long double>(value) - exact;
+        worst.add(static_cast<double>(std::fabs(error) / exact), [&] {
+            return joined("distance ", distance, ": ", value, " for ", static_cast<double>(exact));
+        });
     }
     return worst;
 }
@@ -69,7 +73,7 @@ Family falloffs()
     family.label = {"rays-falloff",
                     "what a ray lets through, 1 - exp(-sigma d), against expm1 in "
                     "long double"};
-    family.metrics = {{"error", "largest relative error"}};
+    family.metrics = {{"error", "largest relative error"}, {"nan", "distances that give NaN"}};
     const FalloffAlgorithm algorithms[] = {
         {{"naive-float", "1 - exp(-sigma d) in float"}, naive<float>, naive<float>},
         {{"naive-double", "the same in double"}, naive<double>, naive<double>},
@@ -77,6 +81,12 @@ Family falloffs()
     };
     for (const FalloffAlgorithm& algorithm : algorithms)
         family.algorithms.push_back(algorithm.label);
+    const auto add_row = [&](const char* name, const Label& algorithm, double of_sigma,
+                             const Worst& worst) {
+        Row row{name, algorithm.name, {{"sigma", of_sigma}}, {worst.value(), worst.nans()}};
+        set_worst(row, 0, worst, 1);
+        family.rows.push_back(std::move(row));
+    };
     struct Decade {
         const char *name, *what;
         double least;
@@ -87,17 +97,16 @@ Family falloffs()
           Decade{"hit-1e-3", "1e-3 to 1e-2", 1e-3}, Decade{"hit-1", "1 to 10", 1}}) {
         family.cases.push_back({name, what});
         for (const FalloffAlgorithm& algorithm : algorithms)
-            family.rows.push_back({name,
-                                   algorithm.label.name,
-                                   {{"sigma", sigma}},
-                                   {worst_error(algorithm.hit, least)}});
+            add_row(name, algorithm.label, sigma, errors(algorithm.hit, least));
     }
     family.cases.push_back(
         {"miss", "no hit: an infinite d with sigma 0, to let through exactly 1"});
     for (const FalloffAlgorithm& algorithm : algorithms) {
         const double open = algorithm.open(0, std::numeric_limits<double>::infinity());
-        family.rows.push_back(
-            {"miss", algorithm.label.name, {{"sigma", 0}}, {std::fabs(open - 1)}});
+        Worst worst;
+        worst.add(std::fabs(open - 1),
+                  [&] { return joined("distance inf, sigma 0: ", open, " for 1"); });
+        add_row("miss", algorithm.label, 0, worst);
     }
     return family;
 }

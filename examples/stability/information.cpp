@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -21,6 +22,7 @@
 #include "../support/checked.hpp"
 #include "random.hpp"
 #include "stability.hpp"
+#include "worst.hpp"
 
 namespace stability {
 
@@ -377,54 +379,61 @@ std::vector<Case> all_cases()
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
-/// The largest distance where `counts(o)`; NaN when there is one.
+/// Distances where `counts(o)`; NaN for what is not finite.
 template <class Counts>
-double largest_error(const std::vector<double>& values, const std::vector<double>& expected,
-                     const Counts& counts)
+Worst errors(const std::vector<double>& values, const std::vector<double>& expected,
+             const Counts& counts)
 {
-    double worst = 0;
+    Worst worst;
     for (std::size_t o = 0; o < values.size(); ++o) {
         if (!counts(o)) continue;
         const double error = std::fabs(values[o] - expected[o]);
-        if (!std::isfinite(error)) return nothing;
-        worst = std::max(worst, error);
+        worst.add(std::isfinite(error) ? error : nothing,
+                  [&] { return joined("polygon ", o, ": ", values[o], " for ", expected[o]); });
     }
     return worst;
 }
 
-std::vector<std::optional<double>> measured(const Maps& maps, const Maps& truth, bool same_unit)
+void measure(const Maps& maps, const Maps& truth, bool same_unit, Row& row)
 {
-    std::optional<double> total, sum, worst, mean, map;
+    std::optional<double> total, sum, largest, mean, map;
     if (!maps.probability.empty()) {
         if (same_unit) total = std::fabs(maps.total / truth.total - 1);
         long double added = 0;
         for (const double probability : maps.probability) added += probability;
         sum = static_cast<double>(std::fabs(added - 1));
     }
-    std::size_t in_sight = 0, lost = 0, poisoned = 0;
+    std::size_t in_sight = 0, lost = 0;
+    Worst poisoned;
     double bias = 0;
     for (std::size_t o = 0; o < truth.information.size(); ++o) {
-        poisoned += std::isfinite(maps.information[o]) && std::isfinite(maps.visibility[o]) ? 0 : 1;
+        const double bits = maps.information[o], value = maps.visibility[o];
+        if (!std::isfinite(bits) || !std::isfinite(value))
+            poisoned.add(nothing,
+                         [&] { return joined("polygon ", o, ": ", bits, " bits, map ", value); });
         if (truth.seen[o] == 0) continue;
         ++in_sight;
         if (maps.seen[o] != 0) bias += maps.information[o] - truth.information[o];
         else ++lost;
     }
     // Of a body that is evenly open, the little that its parts differ by says nothing.
-    if (same_unit)
-        map = largest_error(maps.visibility, truth.visibility, [](std::size_t) { return true; });
+    Worst worst_map, worst;
+    if (same_unit) {
+        worst_map = errors(maps.visibility, truth.visibility, [](std::size_t) { return true; });
+        map = worst_map.value();
+    }
     const auto in_both = [&](std::size_t o) { return truth.seen[o] != 0 && maps.seen[o] != 0; };
     if (lost < in_sight) {
-        worst = largest_error(maps.information, truth.information, in_both);
+        worst = errors(maps.information, truth.information, in_both);
+        largest = worst.value();
         mean = std::fabs(bias) / static_cast<double>(in_sight - lost);
     }
-    return {total,
-            sum,
-            worst,
-            mean,
-            map,
-            static_cast<double>(lost) / static_cast<double>(in_sight),
-            static_cast<double>(poisoned)};
+    row.values = {total,          sum, largest,
+                  mean,           map, static_cast<double>(lost) / static_cast<double>(in_sight),
+                  poisoned.nans()};
+    set_worst(row, 6, poisoned, 6);
+    set_worst(row, 2, worst, 6);
+    set_worst(row, 4, worst_map, 6);
 }
 
 }  // namespace
@@ -462,9 +471,9 @@ Family information()
             nlohmann::ordered_json parameters{{"views", subject.areas.views},
                                               {"polygons", subject.areas.polygons}};
             if (subject.resolution > 0) parameters["resolution"] = subject.resolution;
-            family.rows.push_back(
-                {subject.label.name, algorithm.label.name, parameters,
-                 measured(algorithm.run(subject), truth, subject.truth.values.empty())});
+            Row row{subject.label.name, algorithm.label.name, parameters, {}};
+            measure(algorithm.run(subject), truth, subject.truth.values.empty(), row);
+            family.rows.push_back(std::move(row));
         }
     }
     return family;

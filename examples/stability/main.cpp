@@ -56,7 +56,9 @@ bool read_command_line(int argc, const char* const* argv, CommandLine& result)
         "viewpoints and polygons stand stiff, extreme and poisoned inputs, beside the textbook "
         "ways\n"
         "to compute the same, all against what is known exactly of the same input. A number of a\n"
-        "depth filter is the worst over the windows.",
+        "depth filter is the worst over the windows. Below a table stands the input that is worst "
+        "for\n"
+        "nook; the JSON has that of every row.",
         "nook-stability"};
     support::set_up(app);
     std::string windows = "3,17,65";

@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include <nook/owned_image.hpp>
@@ -11,6 +11,7 @@
 #include "../support/checked.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
+#include "worst.hpp"
 
 namespace stability {
 
@@ -108,7 +109,8 @@ Family ray_scales()
         "points on the floor of the corner of a box, 8 wide with a fence of height 1, radius 4; "
         "truth is the visibility at home, neither scaled nor moved, by the same algorithm"};
     family.metrics = {{"largest", "largest change of the visibility of a point"},
-                      {"mean", "change of the mean over all points"}};
+                      {"mean", "change of the mean over all points"},
+                      {"nan", "points with a NaN"}};
     const VisibilityAlgorithm algorithms[] = {
         {{"fixed-1e-4", "float rays (Woop et al. 2013) from 1e-4 along the normal"},
          textbook_visibility(textbook::epsilon_offset)},
@@ -133,15 +135,23 @@ Family ray_scales()
         for (const VisibilityAlgorithm& algorithm : algorithms) {
             const std::vector<double> truth = algorithm.visibility(home),
                                       found = algorithm.visibility(there);
-            double largest = 0, sum = 0;
+            Worst worst;
+            double sum = 0;
             for (std::size_t i = 0; i < truth.size(); ++i) {
-                largest = std::max(largest, std::fabs(found[i] - truth[i]));
+                worst.add(std::fabs(found[i] - truth[i]), [&] {
+                    const glm::vec3& at = there.positions[i];
+                    return joined("point (", at.x, ", ", at.y, ", ", at.z, "): ", found[i], " for ",
+                                  truth[i]);
+                });
                 sum += found[i] - truth[i];
             }
-            family.rows.push_back({place.label.name,
-                                   algorithm.label.name,
-                                   {{"points", truth.size()}, {"directions", direction_count}},
-                                   {largest, std::fabs(sum) / static_cast<double>(truth.size())}});
+            Row row{
+                place.label.name,
+                algorithm.label.name,
+                {{"points", truth.size()}, {"directions", direction_count}},
+                {worst.value(), std::fabs(sum) / static_cast<double>(truth.size()), worst.nans()}};
+            set_worst(row, 0, worst, 2);
+            family.rows.push_back(std::move(row));
         }
     }
     return family;

@@ -1,7 +1,7 @@
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <nook/owned_image.hpp>
@@ -12,6 +12,7 @@
 #include "random.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
+#include "worst.hpp"
 
 // A lone plane, seen by its own rays: whatever is hit is a self-hit. Heights of starts are told by a
 // ceiling above the plane, exactly parallel to it, since it is the plane moved along coordinates that
@@ -37,15 +38,49 @@ const Way ways[] = {
      textbook::ulps_offset},
 };
 
-/// Self-hits and heights of the starts of one algorithm on one case.
-struct Tally {
-    double hits = 0, rays = 0, height = 0;
+/// A point with the normal of the plane there: what its rays start from.
+struct Start {
+    glm::vec3 point, normal;
+};
 
-    void add_height(double value) { height = std::max(height, value); }
+/// Self-hits and heights of the starts of one algorithm on one case.
+class Tally {
+public:
+    /// The share of `direction_count` rays that hit.
+    void add_hits(const Start& start, double share)
+    {
+        rays_ += direction_count;
+        if (!std::isnan(share)) hits_ += direction_count * share;
+        worst_hits_.add(share, [&] {
+            return joined(text_of(start), direction_count * share, " of ", direction_count,
+                          " rays hit");
+        });
+    }
+    void add_height(const Start& start, double height)
+    {
+        worst_height_.add(height, [&] { return joined(text_of(start), "starts at ", height); });
+    }
     [[nodiscard]] Row row(const Label& subject, const Label& algorithm, double edge) const
     {
-        return {subject.name, algorithm.name, {{"rays", rays}}, {hits / rays, height / edge}};
+        Row row{subject.name,
+                algorithm.name,
+                {{"rays", rays_}},
+                {hits_ / rays_, worst_height_.value() / edge,
+                 worst_hits_.nans() + worst_height_.nans()}};
+        set_worst(row, 0, worst_hits_, 2);
+        set_worst(row, 1, worst_height_, 2);
+        return row;
     }
+
+private:
+    [[nodiscard]] static std::string text_of(const Start& start)
+    {
+        const glm::vec3 &p = start.point, &n = start.normal;
+        return joined("point (", p.x, ", ", p.y, ", ", p.z, "), normal (", n.x, ", ", n.y, ", ",
+                      n.z, "): ");
+    }
+    double hits_ = 0, rays_ = 0;
+    Worst worst_hits_, worst_height_;
 };
 
 /// The plane and the ceiling.
@@ -97,18 +132,17 @@ std::optional<double> height(const Plane& plane, const DistanceOptions& options,
 }
 
 /// One of the usual ways, from a point with a normal in float.
-void trace_textbook(const Plane& plane, const Way& way, const glm::vec3& point,
-                    const glm::vec3& normal, const float (&directions)[3 * direction_count],
-                    Tally& tally)
+void trace_textbook(const Plane& plane, const Way& way, const Start& start,
+                    const float (&directions)[3 * direction_count], Tally& tally)
 {
-    const glm::vec3 start = way.offset(point, normal);
-    tally.add_height(plane.height_of(start));
+    const glm::vec3 origin = way.offset(start.point, start.normal);
+    tally.add_height(start, plane.height_of(origin));
+    int hits = 0;
     for (int i = 0; i < direction_count; ++i) {
         const float* const d = directions + 3 * i;
-        tally.hits +=
-            textbook::nearest({start, {d[0], d[1], d[2]}}, plane.mesh) < textbook::miss<float>;
+        hits += textbook::nearest({origin, {d[0], d[1], d[2]}}, plane.mesh) < textbook::miss<float>;
     }
-    tally.rays += direction_count;
+    tally.add_hits(start, double(hits) / direction_count);
 }
 
 // --- points on triangles --------------------------------------------------------------------------
@@ -154,26 +188,26 @@ void add_points(Family& family, const PointCase& subject, const Label& ours)
         }
         const glm::dvec3 a{plane.mesh.corner(0, 0)}, b{plane.mesh.corner(0, 1)},
             c{plane.mesh.corner(0, 2)};
-        const glm::vec3 point{a + (b - a) * u + (c - a) * v}, normal{plane.normal};
+        const Start start{glm::vec3{a + (b - a) * u + (c - a) * v}, glm::vec3{plane.normal}};
+        const glm::dvec3 normal{start.normal};
 
         const nook::TracedOptions<> options{.directions = direction_count, .seed = trial};
         float directions[3 * direction_count];
-        nook::traced_directions(options, glm::dvec3{normal}, 0, directions);
+        nook::traced_directions(options, normal, 0, directions);
         for (std::size_t i = 0; i < std::size(ways); ++i)
-            trace_textbook(plane, ways[i], point, normal, directions, tallies[i]);
+            trace_textbook(plane, ways[i], start, directions, tallies[i]);
 
-        const nook::ShadingPoints points{&point.x, &normal.x, 1};
+        const nook::ShadingPoints points{&start.point.x, &start.normal.x, 1};
         nook::Image<double> visibility{1, 1};
         support::checked(nook::traced_ao(built(plane.mesh), points, visibility.view(), options),
                          "a point");
-        nook_tally.hits += direction_count * (1 - visibility(0, 0));
-        nook_tally.rays += direction_count;
+        nook_tally.add_hits(start, 1 - visibility(0, 0));
         const DistanceOptions distance{.directions = 1, .seed = trial};
         support::checked(
             nook::traced_ao(built(plane.with_ceiling()), points, visibility.view(), distance),
             "a point");
-        if (const auto h = height(plane, distance, glm::dvec3{normal}, 0, visibility(0, 0)))
-            nook_tally.add_height(*h);
+        if (const auto h = height(plane, distance, normal, 0, visibility(0, 0)))
+            nook_tally.add_height(start, *h);
     }
     for (std::size_t i = 0; i < std::size(ways); ++i)
         family.rows.push_back(tallies[i].row(subject.label, ways[i].label, 1));
@@ -226,28 +260,29 @@ void add_pixels(Family& family, const PictureCase& subject, const Label& ours, c
         nook::rasterise(plane.mesh.view(), frame, projection,
                         {.depth = depth.view(), .normal = normal_view, .face = ids.view()}),
         "the plane");
+    const auto slope = [&](int pixel, double centre) {
+        return static_cast<float>((pixel + 0.5 - centre) / scale);
+    };
     const auto for_each_surface = [&](const auto& f) {
         for (int y = 0; y < rows; ++y)
-            for (int x = 0; x < columns; ++x)
-                if (ids(x, y) != nook::no_face)
-                    f(x, y,
-                      glm::vec3{normal_view.x(x, y), normal_view.y(x, y), normal_view.z(x, y)},
-                      nook::hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)));
+            for (int x = 0; x < columns; ++x) {
+                if (ids(x, y) == nook::no_face) continue;
+                const float z = depth(x, y);
+                f(x, y,
+                  Start{{slope(x, projection.cx) * z, -slope(y, projection.cy) * z,
+                         static_cast<float>(subject.eye) - z},
+                        {normal_view.x(x, y), normal_view.y(x, y), normal_view.z(x, y)}},
+                  nook::hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)));
+            }
     };
 
     const nook::TracedOptions<> options{.directions = direction_count};
     for (const Way& way : ways) {
         Tally tally;
-        for_each_surface([&](int x, int y, const glm::vec3& normal, std::uint32_t sample) {
-            const float z = depth(x, y);
-            const auto slope = [&](int pixel, double centre) {
-                return static_cast<float>((pixel + 0.5 - centre) / scale);
-            };
-            const glm::vec3 point{slope(x, projection.cx) * z, -slope(y, projection.cy) * z,
-                                  static_cast<float>(subject.eye) - z};
+        for_each_surface([&](int, int, const Start& start, std::uint32_t sample) {
             float directions[3 * direction_count];
-            nook::traced_directions(options, glm::dvec3{normal}, sample, directions);
-            trace_textbook(plane, way, point, normal, directions, tally);
+            nook::traced_directions(options, glm::dvec3{start.normal}, sample, directions);
+            trace_textbook(plane, way, start, directions, tally);
         });
         family.rows.push_back(tally.row(subject.label, way.label, 0x1p-3));
     }
@@ -259,12 +294,11 @@ void add_pixels(Family& family, const PictureCase& subject, const Label& ours, c
         const DistanceOptions distance_options{.directions = 1};
         shade(bvh, plane.mesh, visibility, options);
         shade(under_ceiling, covered, distances, distance_options);
-        for_each_surface([&](int x, int y, const glm::vec3& normal, std::uint32_t sample) {
-            tally.hits += direction_count * (1 - visibility(x, y));
-            tally.rays += direction_count;
-            if (const auto h =
-                    height(plane, distance_options, glm::dvec3{normal}, sample, distances(x, y)))
-                tally.add_height(*h);
+        for_each_surface([&](int x, int y, const Start& start, std::uint32_t sample) {
+            tally.add_hits(start, 1 - visibility(x, y));
+            if (const auto h = height(plane, distance_options, glm::dvec3{start.normal}, sample,
+                                      distances(x, y)))
+                tally.add_height(start, *h);
         });
         family.rows.push_back(tally.row(subject.label, label, 0x1p-3));
     };
@@ -295,6 +329,7 @@ Family self_hits()
         {"height",
          "the highest start above the plane, in edges of its triangles: what lies lower is "
          "jumped over"},
+        {"nan", "points with a NaN for hits or height"},
     };
     for (const Way& way : ways) family.algorithms.push_back(way.label);
     const Label ours{"nook", "traced_ao of the same points or depths"};

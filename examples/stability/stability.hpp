@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -35,6 +36,11 @@ struct Row {
     /// One for each metric of the family, 0 at best; empty where the metric says nothing. Infinity and
     /// NaN are results.
     std::vector<std::optional<double>> values;
+    /// The worst of its inputs: which pixel, point or ray, with its numbers, and what came out. Numbers
+    /// come back exactly. Empty where nothing is wrong.
+    std::string worst{};
+    /// The metric that `worst` is about.
+    std::size_t worst_metric = 0;
 };
 
 struct Family {
@@ -53,10 +59,11 @@ constexpr int largest_window = 95;
 [[nodiscard]] std::vector<Family> run(const Options& options = {});
 
 /// The contents of a file or of a key in one: `families` with their labels, and `rows`. What does not
-/// apply and what is not finite become null.
+/// apply and what is not finite become null; `worst` starts with the name of its metric.
 [[nodiscard]] nlohmann::ordered_json json_of(const std::vector<Family>& families);
 
-/// A table per metric: a line per case, a column per algorithm, the worst of their rows.
+/// A table per metric: a line per case, a column per algorithm, the worst of their rows. Below it, for
+/// each of nook's algorithms, the worst case and its worst input.
 void print_tables(std::ostream& out, const std::vector<Family>& families);
 
 // --- the family of depth filters ------------------------------------------------------------------
@@ -124,8 +131,14 @@ void write_terrain(const std::filesystem::path& path);
 
 /// Obscurance from depth and normals: far away, at all radii, on flat ground of all tilts.
 [[nodiscard]] Family surface_obscurance();
+/// The same of slices of the hemisphere, with horizons and with bitmasks.
+[[nodiscard]] Family surface_slices();
+/// The same of the depth buffer as a height field.
+[[nodiscard]] Family surface_height_field();
 /// A blur beside the sky.
 [[nodiscard]] Family surface_blur();
+/// From half the resolution to the full one beside the sky.
+[[nodiscard]] Family surface_upsampling();
 
 // --- the family of the viewpoint channel ----------------------------------------------------------
 

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <limits>
 #include <ostream>
+#include <string>
 #include <string_view>
 
 #include "stability.hpp"
@@ -55,6 +57,26 @@ Heading heading(const std::string& name)
     return {name.substr(0, dash), name.substr(dash + 1)};
 }
 
+/// Below the table of a metric: where nook's algorithms are at their worst, if anything is wrong there.
+void print_worst(std::ostream& out, const Family& family, std::size_t metric)
+{
+    for (const Label& algorithm : family.algorithms) {
+        if (algorithm.name.find("nook") == std::string::npos) continue;
+        const auto badness = [&](const Row& row) {
+            const double value = row.values[metric].value_or(-1);
+            return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+        };
+        const Row* worst = nullptr;
+        for (const Row& row : family.rows)
+            if (row.algorithm == algorithm.name &&
+                (worst == nullptr || badness(row) > badness(*worst)))
+                worst = &row;
+        if (worst != nullptr && !worst->worst.empty() && worst->worst_metric == metric)
+            out << "  " << algorithm.name << " at its worst, " << worst->case_name << ": "
+                << worst->worst << '\n';
+    }
+}
+
 void print_metric(std::ostream& out, const Family& family, std::size_t metric)
 {
     std::size_t first_column = 0;
@@ -86,6 +108,7 @@ void print_metric(std::ostream& out, const Family& family, std::size_t metric)
         }
         if (any) out << line << '\n';
     }
+    print_worst(out, family, metric);
     out << '\n';
 }
 
@@ -128,11 +151,14 @@ Json json_of(const std::vector<Family>& families)
                 values[family.metrics[i].name] =
                     value && std::isfinite(*value) ? Json(*value) : Json(nullptr);
             }
+            const std::string worst =
+                row.worst.empty() ? "" : family.metrics[row.worst_metric].name + ": " + row.worst;
             result["rows"].push_back({{"family", family.label.name},
                                       {"case", row.case_name},
                                       {"algorithm", row.algorithm},
                                       {"parameters", row.parameters},
-                                      {"metrics", values}});
+                                      {"metrics", values},
+                                      {"worst", worst}});
         }
     }
     return result;
@@ -154,8 +180,9 @@ void print_tables(std::ostream& out, const std::vector<Family>& families)
 
 std::vector<Family> run(const Options& options)
 {
-    return {depth_filters(options), watertightness(),     self_hits(),    falloffs(),
-            ray_scales(),           surface_obscurance(), surface_blur(), information()};
+    return {depth_filters(options), watertightness(),     self_hits(),      falloffs(),
+            ray_scales(),           surface_obscurance(), surface_slices(), surface_height_field(),
+            surface_blur(),         surface_upsampling(), information()};
 }
 
 }  // namespace stability

@@ -12,6 +12,7 @@
 #include "random.hpp"
 #include "stability.hpp"
 #include "textbook_rays.hpp"
+#include "worst.hpp"
 
 namespace stability {
 
@@ -125,29 +126,34 @@ textbook::Ray<T> ray_of(const AimedRay& aimed)
     return {origin, glm::normalize(target - origin)};
 }
 
-/// Whether a textbook test hits any of the faces.
+/// Where a textbook test hits any of the faces; NaN if it says so of one and hits none.
 template <class T, class Test>
-bool hits(const Mesh& mesh, const AimedRay& aimed, const Test& test)
+double hit(const Mesh& mesh, const AimedRay& aimed, const Test& test)
 {
     const textbook::Ray<T> ray = ray_of<T>(aimed);
-    return std::any_of(aimed.faces.begin(), aimed.faces.end(), [&](std::uint32_t face) {
-        using Vector = textbook::Vector<T>;
-        return test(ray, Vector{mesh.corner(face, 0)}, Vector{mesh.corner(face, 1)},
-                    Vector{mesh.corner(face, 2)}) < textbook::miss<T>;
-    });
+    using Vector = textbook::Vector<T>;
+    T result = textbook::miss<T>;
+    for (const std::uint32_t face : aimed.faces) {
+        const T t = test(ray, Vector{mesh.corner(face, 0)}, Vector{mesh.corner(face, 1)},
+                         Vector{mesh.corner(face, 2)});
+        if (t < textbook::miss<T>) return double{t};
+        if (std::isnan(t)) result = t;
+    }
+    return double{result};
 }
 
-using Hits = std::function<bool(const Mesh&, const nook::Bvh&, const AimedRay&)>;
+/// The parameter of a hit, infinite for a miss.
+using FindHit = std::function<double(const Mesh&, const nook::Bvh&, const AimedRay&)>;
 struct HitAlgorithm {
     Label label;
-    Hits hits;
+    FindHit find;
 };
 
 template <class T>
 HitAlgorithm moeller_trumbore(const char* name, const char* what, T epsilon)
 {
     return {{name, what}, [epsilon](const Mesh& mesh, const nook::Bvh&, const AimedRay& aimed) {
-                return hits<T>(mesh, aimed, [epsilon](const auto&... arguments) {
+                return hit<T>(mesh, aimed, [epsilon](const auto&... arguments) {
                     return textbook::moeller_trumbore<T>(arguments..., epsilon);
                 });
             }};
@@ -162,13 +168,13 @@ std::vector<HitAlgorithm> hit_algorithms()
         moeller_trumbore("mt-double", "the same in double", 0.0),
         {{"woop-float", "Woop et al. 2013, float; double where an edge function is zero"},
          [](const Mesh& mesh, const nook::Bvh&, const AimedRay& aimed) {
-             return hits<float>(mesh, aimed, textbook::sheared);
+             return hit<float>(mesh, aimed, textbook::sheared);
          }},
         {{"nook", "Bvh::closest and Bvh::occluded, both"},
          [](const Mesh&, const nook::Bvh& bvh, const AimedRay& aimed) {
              const textbook::Ray<double> ray = ray_of<double>(aimed);
              const nook::Ray query{.origin = ray.origin, .direction = ray.direction};
-             return bvh.closest(query) && bvh.occluded(query);
+             return bvh.occluded(query) ? bvh.closest(query).t : textbook::miss<double>;
          }},
     };
 }
@@ -181,7 +187,8 @@ Family watertightness()
     family.label = {"rays-watertight",
                     "rays from inside a ball of 1280 triangles at its vertices and edges; the ball "
                     "is closed, so that none may get out"};
-    family.metrics = {{"misses", "rays that hit nothing, of 1e5"}};
+    family.metrics = {{"misses", "rays that hit nothing, of 1e5"},
+                      {"nan", "rays with a NaN for a hit, of 1e5"}};
     const BallCase cases[] = {
         {{"scale-1e-6", "radius 1e-6 about zero"}, 1e-6, 0},
         {{"scale-1", "radius 1 about zero"}, 1, 0},
@@ -200,13 +207,24 @@ Family watertightness()
         support::checked(bvh.build(mesh.view()), "the ball");
         const std::vector<AimedRay> rays = aimed_rays(mesh, subject);
         for (const HitAlgorithm& algorithm : algorithms) {
-            const auto misses = std::count_if(rays.begin(), rays.end(), [&](const AimedRay& ray) {
-                return !algorithm.hits(mesh, bvh, ray);
-            });
-            family.rows.push_back({subject.label.name,
-                                   algorithm.label.name,
-                                   {{"rays", rays.size()}},
-                                   {double(misses) * (1e5 / ray_count)}});
+            Worst worst;
+            int misses = 0;
+            for (const AimedRay& ray : rays) {
+                const double t = algorithm.find(mesh, bvh, ray);
+                if (t < textbook::miss<double>) continue;
+                ++misses;
+                worst.add(t, [&] {
+                    const glm::vec3 &from = ray.origin, &to = ray.target;
+                    return joined("ray from (", from.x, ", ", from.y, ", ", from.z, ") to (", to.x,
+                                  ", ", to.y, ", ", to.z, "): t ", t);
+                });
+            }
+            Row row{subject.label.name,
+                    algorithm.label.name,
+                    {{"rays", rays.size()}},
+                    {misses * (1e5 / ray_count), worst.nans() * (1e5 / ray_count)}};
+            set_worst(row, 0, worst, 1);
+            family.rows.push_back(std::move(row));
         }
     }
     return family;

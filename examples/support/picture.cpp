@@ -31,6 +31,32 @@ std::uint8_t stored(float value)
     return static_cast<std::uint8_t>(std::lround((std::min)(value, 1.0f) * 255));
 }
 
+/// For the functions of stb: adds to a std::string.
+void append(void* context, void* data, int size)
+{
+    static_cast<std::string*>(context)->append(static_cast<const char*>(data),
+                                               static_cast<std::size_t>(size));
+}
+
+/// One channel of a grey picture, three of any other.
+struct Channels {
+    int count = 1;
+    std::vector<std::uint8_t> bytes;
+
+    explicit Channels(const Picture& picture)
+    {
+        const std::vector<std::uint8_t>& all = picture.bytes();
+        for (std::size_t i = 0; i < all.size(); i += 3) {
+            if (all[i] != all[i + 1] || all[i] != all[i + 2]) {
+                count = 3;
+                bytes = all;
+                return;
+            }
+            bytes.push_back(all[i]);
+        }
+    }
+};
+
 }  // namespace
 
 Picture::Picture(int width, int height, const Rgb& colour)
@@ -137,14 +163,22 @@ Picture strip(const std::vector<Picture>& pictures, const std::vector<std::strin
 
 void write_png(const std::filesystem::path& path, const Picture& picture)
 {
+    const Channels channels{picture};
     std::string bytes;
-    const auto append = [](void* context, void* data, int size) {
-        static_cast<std::string*>(context)->append(static_cast<const char*>(data),
-                                                   static_cast<std::size_t>(size));
-    };
-    if (stbi_write_png_to_func(append, &bytes, picture.width(), picture.height(), 3,
-                               picture.bytes().data(), picture.width() * 3) == 0)
+    if (stbi_write_png_to_func(append, &bytes, picture.width(), picture.height(), channels.count,
+                               channels.bytes.data(), picture.width() * channels.count) == 0)
         throw Failure{path.string() + ": cannot be encoded as PNG"};
+    write_file(path, bytes);
+}
+
+void write_jpeg(const std::filesystem::path& path, const Picture& picture)
+{
+    constexpr int quality = 85;
+    const Channels channels{picture};
+    std::string bytes;
+    if (stbi_write_jpg_to_func(append, &bytes, picture.width(), picture.height(), channels.count,
+                               channels.bytes.data(), quality) == 0)
+        throw Failure{path.string() + ": cannot be encoded as JPEG"};
     write_file(path, bytes);
 }
 

@@ -55,8 +55,11 @@ void draw_text(Picture& picture, int x, int y, std::string_view text, int scale 
 [[nodiscard]] Picture strip(const std::vector<Picture>& pictures,
                             const std::vector<std::string>& captions);
 
-/// Writes a PNG file; throws Failure.
+/// Writes a PNG file, with one channel if the picture is grey; throws Failure.
 void write_png(const std::filesystem::path& path, const Picture& picture);
+
+/// Writes a JPEG file for quick looks: off by a few steps of 255. Throws Failure.
+void write_jpeg(const std::filesystem::path& path, const Picture& picture);
 
 /// Writes a portable float map, one channel: bottom row first, little-endian. Throws Failure.
 void write_pfm(const std::filesystem::path& path, const nook::ImageView<const float>& image);

@@ -39,7 +39,7 @@ void Progress::clear() { show({}); }
 
 void Progress::show(const std::string& line)
 {
-    if (!terminal_) return;
+    if (!terminal_ || (line.empty() && shown_ == 0)) return;
     std::string padded = line;
     if (padded.size() < shown_) padded.append(shown_ - padded.size(), ' ');
     std::fprintf(stderr, "\r%s%s", padded.c_str(), line.empty() ? "\r" : "");

@@ -25,6 +25,7 @@
 #include <nook/image.hpp>
 #include <nook/lanes.hpp>
 #include <nook/measure/error.hpp>
+#include <nook/measure/monotone_fit.hpp>
 #include <nook/measure/rank_correlation.hpp>
 #include <nook/measure/ssim.hpp>
 #include <nook/outcome.hpp>

@@ -19,7 +19,8 @@
 
 #include "../../examples/stability/exact.hpp"
 #include "../../examples/stability/stability.hpp"
-#include "../../examples/stability/textbook_rays.hpp"
+#include "../../examples/stability/worst.hpp"
+#include "stability_rows.hpp"
 
 namespace {
 
@@ -354,181 +355,82 @@ TEST_CASE("the textbook forms fail where the theory says so")
         CHECK(worst("uniform", algorithm.name.c_str(), &Errors::visibility) < 1e-4);
 }
 
-// --- rays -----------------------------------------------------------------------------------------
+// --- the worst inputs -------------------------------------------------------------------------------
 
-namespace {
-
-namespace textbook = stability::textbook;
-
-/// Computed once for all tests of this file.
-const std::vector<stability::Family>& ray_families()
+TEST_CASE("a text of pieces holds numbers with as many digits as float or double need")
 {
-    static const std::vector<stability::Family> families{
-        stability::watertightness(), stability::self_hits(), stability::falloffs(),
-        stability::ray_scales()};
-    return families;
+    CHECK(stability::joined("pixel (", 3, ", ", std::size_t{4}, "): ", 0.1f, " for ", 0.1) ==
+          "pixel (3, 4): 0.1 for 0.1");
+    CHECK(stability::joined(double{0.1f}) == "0.10000000149011612");
+    CHECK(stability::joined(0.1 + 0.2) == "0.30000000000000004");
+    CHECK(stability::joined(1e300, " ", -infinity, " ", std::nan("")) == "1e+300 -inf NaN");
+    CHECK(stability::joined().empty());
 }
 
-/// What an algorithm made of a case: the number that the metric of this name says.
-double value_of(std::string_view family_name, std::string_view metric, std::string_view subject,
-                std::string_view algorithm)
+TEST_CASE("the worst is the largest value or the first NaN, and its text is made when it is needed")
 {
-    std::optional<double> found;
-    for (const stability::Family& family : ray_families())
-        for (const stability::Row& row : family.rows)
-            for (std::size_t i = 0; i < family.metrics.size(); ++i)
-                if (family.label.name == family_name && family.metrics[i].name == metric &&
-                    row.case_name == subject && row.algorithm == algorithm)
-                    found = row.values.at(i);
-    CAPTURE(family_name);
-    CAPTURE(subject);
-    CAPTURE(algorithm);
-    REQUIRE(found);
-    return *found;
+    stability::Worst worst;
+    int texts = 0;
+    const auto add = [&](double value, const char* text) {
+        worst.add(value, [&] {
+            ++texts;
+            return std::string{text};
+        });
+    };
+    add(0, "nothing");
+    CHECK(worst.input().empty());
+    add(2, "two");
+    add(1, "one");
+    add(2, "two again");
+    CHECK(worst.value() == 2);
+    CHECK(worst.input() == "two");
+    CHECK(texts == 1);
+    add(std::nan(""), "NaN");
+    add(infinity, "infinity");
+    add(std::nan(""), "NaN again");
+    CHECK(std::isnan(worst.value()));
+    CHECK(worst.input() == "NaN");
+    CHECK(worst.nans() == 2);
+    CHECK(texts == 2);
+
+    stability::Row row{"case", "algorithm", {}, {}};
+    stability::set_worst(row, 3, stability::Worst{}, 7);
+    CHECK(row.worst.empty());
+    stability::set_worst(row, 4, worst, 7);
+    CHECK(row.worst == "NaN");
+    CHECK(row.worst_metric == 7);
+    stability::Worst other;
+    other.add(5, [] { return std::string{"other"}; });
+    stability::set_worst(row, 1, other, 7);
+    CHECK(row.worst == "NaN");
 }
 
-}  // namespace
-
-TEST_CASE("rows of rays: labels for all, each case and algorithm once, a number or NaN in each")
+TEST_CASE("a worst pixel, filtered again, gives the error of its row")
 {
-    for (const stability::Family& family : ray_families()) {
-        CAPTURE(family.label.name);
-        const auto has = [](const std::vector<stability::Label>& labels, const std::string& name) {
-            return std::count_if(labels.begin(), labels.end(), [&](const stability::Label& label) {
-                       return label.name == name && !label.what.empty();
-                   }) == 1;
+    stability_rows::check_worst(results());
+    const auto cases = stability::depth_cases();
+    const auto algorithms = stability::depth_algorithms();
+    int reproduced = 0;
+    for (const stability::Row& row : results().rows) {
+        const int window = row.parameters["window"].get<int>();
+        if (row.worst.empty() || row.worst_metric != 2 || window != 17) continue;
+        CAPTURE(row.case_name);
+        CAPTURE(row.algorithm);
+        const auto named = [](const auto& list, const std::string& name) {
+            return *std::find_if(list.begin(), list.end(),
+                                 [&](const auto& entry) { return entry.label.name == name; });
         };
-        std::set<std::pair<std::string, std::string>> seen;
-        for (const stability::Row& row : family.rows) {
-            CHECK(has(family.cases, row.case_name));
-            CHECK(has(family.algorithms, row.algorithm));
-            CHECK(seen.emplace(row.case_name, row.algorithm).second);
-            CHECK_FALSE(row.parameters.empty());
-            REQUIRE(row.values.size() == family.metrics.size());
-            for (const std::optional<double>& value : row.values) CHECK(value);
-        }
-        // Only points of a list have no face ids.
-        const bool points = family.label.name == "rays-self-hits";
-        CHECK(seen.size() == family.cases.size() * family.algorithms.size() - (points ? 3 : 0));
+        const stability::DepthInput input = named(cases, row.case_name).make(window);
+        const int x = stability_rows::number_after<int>(row.worst, "pixel (");
+        const int y = stability_rows::number_after<int>(row.worst, ", ");
+        const auto output = named(algorithms, row.algorithm).run(input.depth, window);
+        CHECK(stability_rows::number_after<float>(row.worst, "depth ") == input.depth(x, y));
+        CHECK(stability_rows::number_after(row.worst, ": ") == output.visibility(x, y));
+        const exact::Window window_there = exact::window(input.depth.view(), x, y, window / 2);
+        CHECK(exact::distance(output.visibility(x, y), window_there.visibility) == *row.values[2]);
+        ++reproduced;
     }
-}
-
-TEST_CASE("textbook rays hit what they should on gentle data")
-{
-    const glm::vec3 a{0, 0, 2}, b{4, 0, 2}, c{0, 4, 2};
-    for (const auto& [x, y, hits] : {std::tuple{1.f, 1.f, true},
-                                     {0.5f, 3.f, true},
-                                     {3.f, 3.f, false},
-                                     {-1.f, 1.f, false},
-                                     {1.f, -1.f, false}})
-        for (const float z : {1.f, -1.f}) {
-            const textbook::Ray<float> ray{{0, 0, 0}, {x / 4, y / 4, z / 2}};
-            const float expected = hits && z > 0 ? 4 : textbook::miss<float>;
-            CHECK(textbook::sheared(ray, a, b, c) == expected);
-            CHECK(textbook::moeller_trumbore(ray, a, b, c, 1e-6f) == expected);
-        }
-    // In the plane of the triangle, and away from it.
-    CHECK(textbook::sheared({{0, 0, 2}, {1, 1, 0}}, a, b, c) == textbook::miss<float>);
-    CHECK(textbook::moeller_trumbore({{0, 0, 2}, {1, 1, 0}}, a, b, c, 0.f) ==
-          textbook::miss<float>);
-    const glm::vec3 moved = textbook::ulps_offset({1, -1000, 0.01f}, {0.5f, 1, -1});
-    CHECK(moved.x == 1 + 128 * 0x1p-23f);
-    CHECK(moved.y == -1000 + 256 * 0x1p-14f);
-    CHECK(moved.z == 0.01f - 0x1p-16f);
-}
-
-TEST_CASE("no ray of nook leaves a closed mesh, at any scale and far from zero")
-{
-    for (const stability::Label& subject : ray_families()[0].cases) {
-        const auto misses = [&](const char* algorithm) {
-            return value_of("rays-watertight", "misses", subject.name, algorithm);
-        };
-        CHECK(misses("nook") == 0);
-        CHECK(misses("mt-float") > 100);
-        CHECK(misses("mt-double") > 10);
-        CHECK(misses("woop-float") < misses("mt-float"));
-    }
-    CHECK(value_of("rays-watertight", "misses", "scale-1e-6", "mt-textbook") == 1e5);
-}
-
-TEST_CASE("no ray of nook hits the plane it starts from, and starts stay as low as is known")
-{
-    const auto hits = [](const std::string& subject, const char* algorithm) {
-        return value_of("rays-self-hits", "hits", subject, algorithm);
-    };
-    const auto height = [](const std::string& subject, const char* algorithm) {
-        return value_of("rays-self-hits", "height", subject, algorithm);
-    };
-    for (const auto& [subject, offset] :
-         {std::pair{"points-at-0", 0.}, {"points-at-1e3", 1e3}, {"points-at-1e6", 1e6}}) {
-        CHECK(hits(subject, "nook") == 0);
-        // A point lies off by half an ulp in each coordinate, at most, and is lifted by one.
-        CHECK(height(subject, "nook") > 0);
-        CHECK(height(subject, "nook") <= 0x1p-22 * (offset + 2));
-        CHECK(hits(subject, "no-offset") > 0.3);
-    }
-    for (const auto& [subject, distance] : {std::pair{"depth-1", 1.},
-                                            {"depth-1e3", 1e3},
-                                            {"depth-1e5", 1e5},
-                                            {"depth-1e5-away", 1e5}}) {
-        CHECK(hits(subject, "nook") == 0);
-        CHECK(hits(subject, "nook-faces") == 0);
-        // A step of the depth and 2⁻¹² of a pixel; 8 edges to a unit. With faces what double rounds.
-        CHECK(height(subject, "nook") > 0);
-        CHECK(height(subject, "nook") <= 8 * (0x1p-23 * distance + 1.5 * 0x1p-12 / 27));
-        CHECK(height(subject, "nook-faces") >= 0);
-        CHECK(height(subject, "nook-faces") <= 0x1p-39 * (distance + 4));
-        CHECK(hits(subject, "no-offset") > 0.3);
-    }
-    // An offset of a fixed size is lost far away; one in ulps jumps over what is near, and does not
-    // know of the depth.
-    CHECK(height("points-at-0", "fixed-1e-4") == doctest::Approx(1e-4).epsilon(0.01));
-    CHECK(hits("points-at-0", "fixed-1e-4") == 0);
-    CHECK(hits("points-at-1e6", "fixed-1e-4") > 0.3);
-    CHECK(hits("points-at-1e6", "waechter-binder") == 0);
-    CHECK(height("points-at-1e6", "waechter-binder") > 10);
-    CHECK(hits("depth-1e5", "waechter-binder") > 0.3);
-}
-
-TEST_CASE("what a ray lets through is good to two ulps, and a miss lets all through")
-{
-    for (const stability::Label& subject : ray_families()[2].cases)
-        CHECK(value_of("rays-falloff", "error", subject.name, "nook") <=
-              (subject.name == "miss" ? 0 : 0x1p-52));
-    CHECK(value_of("rays-falloff", "error", "hit-1e-9", "naive-float") >= 1);
-    CHECK(value_of("rays-falloff", "error", "hit-1e-9", "naive-double") > 1e-9);
-    CHECK(value_of("rays-falloff", "error", "hit-1", "naive-double") < 1e-15);
-    for (const char* naive : {"naive-float", "naive-double"})
-        CHECK(std::isnan(value_of("rays-falloff", "error", "miss", naive)));
-}
-
-TEST_CASE(
-    "nook's visibility does not depend on the scale, nor on the place but for the points' own")
-{
-    const auto change = [](const char* subject, const char* algorithm) {
-        return value_of("rays-scale", "largest", subject, algorithm);
-    };
-    const auto mean = [](const char* subject, const char* algorithm) {
-        return value_of("rays-scale", "mean", subject, algorithm);
-    };
-    for (const char* subject : {"scale-2^-20", "scale-2^20"}) {
-        CHECK(change(subject, "nook") == 0);
-        CHECK(mean(subject, "nook") == 0);
-    }
-    // Edges move by the rounding of vertices: a ray or two of 256 at some points.
-    for (const char* subject : {"scale-1e-6", "scale-1e6", "offset-1e3"}) {
-        CHECK(change(subject, "nook") <= 2 / 256.);
-        CHECK(mean(subject, "nook") <= 1e-4);
-    }
-    // Starts are lifted by an eighth of the fence.
-    CHECK(change("offset-1e6", "nook") <= 0.08);
-    CHECK(mean("offset-1e6", "nook") <= 0.015);
-    for (const char* textbook : {"fixed-1e-4", "waechter-binder"}) {
-        for (const char* subject :
-             {"scale-2^-20", "scale-2^20", "scale-1e-6", "scale-1e6", "offset-1e6"})
-            CHECK(mean(subject, textbook) > 0.05);
-        CHECK(mean("offset-1e3", textbook) < 0.01);
-    }
+    CHECK(reproduced >= 150);
 }
 
 // --- what is written ------------------------------------------------------------------------------
@@ -557,6 +459,8 @@ TEST_CASE("JSON holds every row, and null for what is not finite or does not app
             REQUIRE(value.is_null() == !finite);
             if (finite) REQUIRE(value == *row.values[metric]);
         }
+        const std::string& about = results().metrics[row.worst_metric].name;
+        REQUIRE(entry["worst"] == (row.worst.empty() ? "" : about + ": " + row.worst));
     }
     CHECK(nulls > 0);
 }
@@ -591,5 +495,41 @@ TEST_CASE("tables show the worst of the windows, in aligned columns")
           "                ours\n"
           "                fast   theirs\n"
           "  difficult        0  1.2e+05\n"
+          "\n");
+}
+
+TEST_CASE("below a table stand the worst cases and inputs of nook's algorithms, and of no others")
+{
+    stability::Family family;
+    family.label = {"family", "what"};
+    family.metrics = {{"error", "how far off"}, {"nan", "how many"}};
+    family.cases = {{"easy", "an easy one"}, {"difficult", "another"}};
+    family.algorithms = {{"textbook", "bad"}, {"nook", "good"}, {"nook-faces", "better"}};
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    family.rows = {{"easy", "textbook", {}, {0.5, 0.}, "pixel 1", 0},
+                   {"easy", "nook", {}, {0.25, 0.}, "pixel 2", 0},
+                   {"difficult", "nook", {}, {0.5, 0.}, "pixel 3", 0},
+                   {"difficult", "nook", {}, {0.125, 0.}, "pixel 4", 0},
+                   {"easy", "nook-faces", {}, {nan, 2.}, "pixel 5", 1},
+                   {"difficult", "nook-faces", {}, {0., 0.}}};
+    std::ostringstream out;
+    stability::print_tables(out, {family});
+    const std::string text = out.str();
+    const auto at = text.find("error: how far off");
+    REQUIRE(at != std::string::npos);
+    CHECK(text.substr(at) ==
+          "error: how far off\n"
+          "                                   nook\n"
+          "             textbook     nook    faces\n"
+          "  easy            0.5     0.25      NaN\n"
+          "  difficult         -      0.5        0\n"
+          "  nook at its worst, difficult: pixel 3\n"
+          "\n"
+          "nan: how many\n"
+          "                                   nook\n"
+          "             textbook     nook    faces\n"
+          "  easy              0        0        2\n"
+          "  difficult         -        0        0\n"
+          "  nook-faces at its worst, easy: pixel 5\n"
           "\n");
 }

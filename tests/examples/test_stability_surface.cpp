@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../../examples/stability/stability.hpp"
+#include "stability_rows.hpp"
 
 namespace {
 
@@ -20,9 +21,24 @@ const stability::Family& obscurance()
     static const stability::Family family = stability::surface_obscurance();
     return family;
 }
+const stability::Family& slices()
+{
+    static const stability::Family family = stability::surface_slices();
+    return family;
+}
+const stability::Family& height_field()
+{
+    static const stability::Family family = stability::surface_height_field();
+    return family;
+}
 const stability::Family& blur()
 {
     static const stability::Family family = stability::surface_blur();
+    return family;
+}
+const stability::Family& upsampling()
+{
+    static const stability::Family family = stability::surface_upsampling();
     return family;
 }
 
@@ -54,7 +70,9 @@ std::string name(std::string_view formula, const char* way) { return std::string
 
 TEST_CASE("rows of surfaces: labels for all, each case and algorithm once")
 {
-    for (const stability::Family* family : {&obscurance(), &blur()}) {
+    for (const stability::Family* family :
+         {&obscurance(), &slices(), &height_field(), &blur(), &upsampling()}) {
+        stability_rows::check_worst(*family);
         const auto has = [](const std::vector<stability::Label>& labels, const std::string& label) {
             return std::count_if(labels.begin(), labels.end(), [&](const stability::Label& other) {
                        return other.name == label && !other.what.empty();
@@ -119,6 +137,53 @@ TEST_CASE("textbook obscurance fails where positions are large and where powers 
     }
 }
 
+TEST_CASE("slices of nook keep to their reference at every depth and radius; flat ground is exact")
+{
+    for (const char* const nook : {"horizon-nook", "bitmask-nook"})
+        for (const stability::Label& subject : slices().cases) {
+            CAPTURE(subject.name);
+            CAPTURE(nook);
+            if (subject.name.starts_with("flat")) {
+                CHECK(number(slices(), "biased-darkening", subject.name, nook) == 0);
+                continue;
+            }
+            // A sample that ends on the middle of a sector may close one more, of 96.
+            const bool sectors = nook == std::string_view{"bitmask-nook"};
+            CHECK(number(slices(), "error", subject.name, nook) < (sectors ? 2.1 / 96 : 1e-5));
+            CHECK(number(slices(), "mean", subject.name, nook) < 1e-5);
+        }
+}
+
+TEST_CASE("the bias of nook's slices costs little; shaders' costs all where the depth is large")
+{
+    for (const std::string name : {"horizon", "bitmask"}) {
+        CHECK(number(slices(), "biased", "depth-1e5", name + "-nook") < 0.02);
+        CHECK(number(slices(), "biased", "depth-1e5", name + "-double") > 0.3);
+        // And does not keep flat ground open.
+        CHECK(number(slices(), "biased-darkening", "flat-85", name + "-double") > 0.05);
+        CHECK(number(slices(), "error", "aside-1e5", name + "-float") > 0.02);
+        // On gentle data they are sound.
+        CHECK(number(slices(), "mean", "relief", name + "-float") < 1e-3);
+        CHECK(number(slices(), "mean", "relief", name + "-double") < 1e-5);
+    }
+}
+
+TEST_CASE("the height field is the same at all radii and exactly open on flat ground of all tilts")
+{
+    for (const stability::Label& subject : height_field().cases) {
+        CAPTURE(subject.name);
+        if (subject.name.starts_with("flat"))
+            CHECK(number(height_field(), "darkening", subject.name, "nook") == 0);
+    }
+    for (const char* const subject : {"relief", "radius-1e7", "radius-1e-7", "radius-1e-9"})
+        CHECK(number(height_field(), "error", subject, "nook") < 1e-4);
+    CHECK(number(height_field(), "error", "silhouette", "nook") < 1e-3);
+    // What the depth buffer no longer holds.
+    CHECK(number(height_field(), "error", "depth-1e5", "nook") < 0.15);
+    CHECK(number(height_field(), "error", "depth-1e5", "nook") > 1e-3);
+    CHECK(number(height_field(), "darkening", "flat-85", "marched-double") > 0.5);
+}
+
 TEST_CASE("a blur beside the sky changes neither it nor the ground, unless it is a textbook's")
 {
     for (const stability::Label& sky : blur().cases)
@@ -129,4 +194,28 @@ TEST_CASE("a blur beside the sky changes neither it nor the ground, unless it is
         }
     CHECK(std::isnan(number(blur(), "sky", "sky-infinity", "gaussian-range")));
     CHECK(std::isnan(number(blur(), "ground", "sky-nan", "gaussian-range")));
+}
+
+TEST_CASE("half the resolution beside the sky changes neither it nor the ground, unless averaged")
+{
+    for (const stability::Label& sky : upsampling().cases)
+        for (const char* const metric : {"ground", "sky"}) {
+            CAPTURE(sky.name);
+            CHECK(number(upsampling(), metric, sky.name, "nook") == 0);
+            CHECK(number(upsampling(), metric, sky.name, "bilinear") > 0.1);
+        }
+    CHECK(std::isnan(number(upsampling(), "sky", "sky-infinity", "gaussian-range")));
+    CHECK(number(upsampling(), "nan", "sky-nan", "gaussian-range") > 1000);
+}
+
+TEST_CASE("the worst pixel of a surface is told with what came out there and what is true")
+{
+    for (const stability::Family* family : {&obscurance(), &slices(), &height_field(), &blur()})
+        for (const stability::Row& row : family->rows) {
+            if (row.worst.empty() || family->metrics[row.worst_metric].name == "nan") continue;
+            CAPTURE(row.worst);
+            const double found = stability_rows::number_after(row.worst, ": ");
+            const double truth = stability_rows::number_after(row.worst, " for ");
+            CHECK(std::fabs(found - truth) == *row.values[row.worst_metric]);
+        }
 }

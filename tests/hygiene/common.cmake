@@ -5,18 +5,6 @@ cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE ${WORK_DIR})
 file(MAKE_DIRECTORY ${WORK_DIR})
 
-# The compiler of this build, and the other of GCC and Clang where it is installed.
-set(compilers ${COMPILER})
-execute_process(COMMAND ${COMPILER} --version OUTPUT_VARIABLE version COMMAND_ERROR_IS_FATAL ANY)
-if(version MATCHES "clang")
-    find_program(OTHER_COMPILER g++)
-else()
-    find_program(OTHER_COMPILER clang++)
-endif()
-if(OTHER_COMPILER)
-    list(APPEND compilers ${OTHER_COMPILER})
-endif()
-
 set(strict_flags -std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
     -I${SOURCE_DIR}/include)
 # Naming a directory that the compiler searches anyway would change the order of the search.

@@ -2,9 +2,7 @@
 # liberal arithmetic.
 include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
 
-foreach(compiler IN LISTS compilers)
-    foreach(header IN LISTS headers)
-        check_command(${compiler} ${strict_flags} -fno-exceptions -fno-rtti -ffast-math -fsyntax-only
-            -include ${header} -x c++ /dev/null)
-    endforeach()
+foreach(header IN LISTS headers)
+    check_command(${COMPILER} ${strict_flags} -fno-exceptions -fno-rtti -ffast-math -fsyntax-only
+        -include ${header} -x c++ /dev/null)
 endforeach()

@@ -33,6 +33,4 @@ file(WRITE ${WORK_DIR}/macros.cpp "${others}
 #define interface struct
 ${includes}
 ")
-foreach(compiler IN LISTS compilers)
-    check_command(${compiler} ${strict_flags} -fsyntax-only ${WORK_DIR}/macros.cpp)
-endforeach()
+check_command(${COMPILER} ${strict_flags} -fsyntax-only ${WORK_DIR}/macros.cpp)

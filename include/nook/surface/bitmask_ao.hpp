@@ -41,7 +41,9 @@ struct BitmaskOptions {
     /// Samples per side of a slice, 0 … 512, at most 512 / slices.
     int steps = 3;
     /// World length, ≥ 0, that each sample reaches away from the viewer, measured along the ray of
-    /// the pixel; infinite: a height field. Unset: a quarter of the radius.
+    /// the pixel; infinite: a height field. Unset: half the radius. Thin curtains and
+    /// chains are better off with a quarter, which left 9 to 12 % more RMSE against ray tracing over
+    /// ten views of other scenes.
     std::optional<double> thickness{};
     /// β ≥ 0: samples less than β times the pixel's distance above its tangent plane do not count.
     /// Unset: what the spacing of the depth buffer and float rounding may raise a sample above it,
@@ -86,7 +88,7 @@ namespace detail {
 [[nodiscard]] inline SliceSettings slice_settings(const BitmaskOptions& options)
 {
     return {options.radius, options.slices,
-            options.steps,  options.thickness.value_or(options.radius / 4),
+            options.steps,  options.thickness.value_or(options.radius / 2),
             options.bias,   options.max_pixels,
             options.seed};
 }
