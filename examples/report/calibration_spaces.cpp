@@ -69,7 +69,6 @@ nook::Outcome chebyshev_radius(const CalibrationView& view, const Setting& setti
 {
     nook::ChebyshevOptions options;
     options.radius = setting[0] * view.radius;
-    options.max_window = largest_window;
     return chebyshev(view, options, memory);
 }
 nook::Outcome chebyshev_range(const CalibrationView& view, const Setting& setting,

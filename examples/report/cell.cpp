@@ -113,6 +113,17 @@ Json slopes(const Json& results)
 
 }  // namespace
 
+Json camera_of(const Cell& cell)
+{
+    const nook::Camera& camera = cell.subject->scene.camera;
+    Json numbers = Json::array();
+    for (const glm::dvec3& vector : {camera.eye, camera.target, camera.up})
+        for (int axis = 0; axis < 3; ++axis) numbers.push_back(vector[axis]);
+    numbers.push_back(camera.orthographic ? 1 : 0);
+    numbers.push_back(camera.orthographic ? camera.view_height : camera.vertical_fov);
+    return numbers;
+}
+
 Json measure(const Cell& cell, const Options& options, Structures& structures,
              nook::ThreadExecutor& threads, const std::filesystem::path& folder,
              support::Progress& progress)
@@ -167,6 +178,7 @@ Json measure(const Cell& cell, const Options& options, Structures& structures,
     json["what"] = cell.subject->what;
     json["triangles"] = scene.triangles();
     json["dropped_triangles"] = cell.subject->dropped + dropped;
+    json["camera"] = camera_of(cell);
     json["width"] = view.width();
     json["height"] = view.height();
     json["orthographic"] = view.projection.orthographic;

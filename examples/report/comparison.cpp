@@ -19,7 +19,6 @@ namespace report {
 
 namespace {
 
-constexpr int format = 2;
 constexpr const char* new_name = "the new report";
 
 /// Fit for a line of a message, wherever it comes from.
@@ -80,6 +79,17 @@ public:
         if (!nook::detail::is_finite(value) || !(value >= 0)) fail("is not a number from 0");
         return value;
     }
+    [[nodiscard]] double number() const
+    {
+        const double value = json_->is_number() ? json_->get<double>() : NAN;
+        if (!nook::detail::is_finite(value)) fail("is not a number");
+        return value;
+    }
+    [[nodiscard]] bool truth() const
+    {
+        if (!json_->is_boolean()) fail("is neither true nor false");
+        return json_->get<bool>();
+    }
     [[nodiscard]] int count() const
     {
         constexpr std::int64_t most = 1 << 30;
@@ -124,7 +134,8 @@ struct Result {
 };
 
 struct Cell {
-    Member radius;
+    Member radius, triangles, camera;
+    std::vector<double> view;                  ///< the numbers of the camera
     std::optional<double> limit;               ///< none: unlimited
     std::map<std::string, Member> directions;  ///< by meaning
     std::vector<std::pair<std::string, Result>> results;
@@ -155,7 +166,9 @@ Contents contents_of(const Member& report)
 {
     Contents contents;
     for (const auto& [id, member] : report["cells"].elements_by("id")) {
-        Cell cell{member["radius"], {}, {}, {}, {}};
+        Cell cell{member["radius"], member["triangles"], member["camera"], {}, {}, {}, {}, {}};
+        (void)cell.triangles.count();
+        for (const Member& number : cell.camera.elements()) cell.view.push_back(number.number());
         if (!cell.radius.is_null()) cell.limit = cell.radius.amount();
         for (const auto& [meaning, reference] : member["references"].elements_by("meaning")) {
             const Member directions = reference["directions"];
@@ -185,6 +198,14 @@ bool same_radius(const Cell& a, const Cell& b)
     return std::abs(*a.limit - *b.limit) <= 1e-6 * *a.limit;
 }
 
+bool same_view(const Cell& a, const Cell& b)
+{
+    if (a.view.size() != b.view.size()) return false;
+    for (std::size_t i = 0; i < a.view.size(); ++i)
+        if (!(std::abs(a.view[i] - b.view[i]) <= 1e-6 * (1 + std::abs(a.view[i])))) return false;
+    return true;
+}
+
 void check_comparable(const Member& before, const Member& now)
 {
     const Member version = now["format"];
@@ -194,11 +215,16 @@ void check_comparable(const Member& before, const Member& now)
     for (const char* name : {"width", "height", "directions"})
         if (before["run"][name].count() != now["run"][name].count())
             before["run"][name].differs(now["run"][name]);
+    // Settings of one name differ between the two.
+    if (before["run"]["quick"].truth() != now["run"]["quick"].truth())
+        before["run"]["quick"].differs(now["run"]["quick"]);
 }
 
 void check_comparable(const Cell& before, const Cell& now)
 {
     if (!same_radius(before, now)) before.radius.differs(now.radius);
+    if (before.triangles.count() != now.triangles.count()) before.triangles.differs(now.triangles);
+    if (!same_view(before, now)) before.camera.fail("is another than in the new report");
     for (const auto& [meaning, directions] : before.directions) {
         const auto found = now.directions.find(meaning);
         if (found != now.directions.end() && directions.count() != found->second.count())
@@ -358,13 +384,8 @@ Comparison compare(const Json& before, const Json& now, const Tolerances& tolera
     return comparison;
 }
 
-void check_old_report(const Json& before, int width, int height, int directions,
-                      const std::string& old_name)
+void check_old_report(const Json& before, const Json& now, const std::string& old_name)
 {
-    Json now;
-    now["format"] = format;
-    now["run"] = {{"width", width}, {"height", height}, {"directions", directions}};
-    now["cells"] = Json::array();
     (void)compare(before, now, {}, old_name);
 }
 

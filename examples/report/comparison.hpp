@@ -12,6 +12,9 @@ namespace report {
 
 using Json = nlohmann::ordered_json;
 
+/// Of report.json.
+inline constexpr int format = 2;
+
 /// What is still no worse.
 struct Tolerances {
     double error = 0.0005;  ///< of RMSE, ≥ 0
@@ -57,10 +60,9 @@ struct Comparison {
 [[nodiscard]] Comparison compare(const Json& before, const Json& now, const Tolerances& tolerances,
                                  const std::string& old_name);
 
-/// Refuses, before a long run, an old report that `compare` would refuse whatever the run finds: of
-/// another format, shape, width, height or number of directions.
-void check_old_report(const Json& before, int width, int height, int directions,
-                      const std::string& old_name);
+/// Refuses, before a long run, an old report that `compare` would refuse whatever the run finds. `now` is
+/// what is known of the new one: format, run, and cells without references and results.
+void check_old_report(const Json& before, const Json& now, const std::string& old_name);
 
 void print(std::ostream& out, const Comparison& comparison, const Tolerances& tolerances);
 

@@ -111,14 +111,14 @@ nook::Image<float> exact_form(const Kernel& kernel, const Mask& counted,
     return visibility;
 }
 
-/// It looks at depths, normals and masks of them: what a height field knows is all that it can.
+/// It looks at depths and normals: what a height field knows is all that it can.
 bool sees_a_screen(const Kernel& kernel)
 {
     if (kernel.meaning != Meaning::visibility) return false;
     for (const KernelInfo& info : kernel_infos())
         if (info.name == kernel.name) {
             const std::string_view family = info.family;
-            return family == "depth" || family == "surface" || family == "outline";
+            return family == "depth" || family == "surface";
         }
     return false;
 }

@@ -24,7 +24,7 @@ namespace report {
 
 /// Adds to a result: error, against the reference of its meaning; height_field_error, estimator_error
 /// (the kernel's own slow form against the height field) and own_error (against its own slow form),
-/// each null where it says nothing: without a height field, for kernels that see more than a screen,
+/// each null where it says nothing: without a height field, for kernels that see triangles,
 /// where they have no slow form, or when no pixel counts. The slow form is computed in a part of the
 /// rows of the height field, so that the terms are of like pixels. Throws support::Failure.
 void add_errors(const View& view, const Run& run, const Traced& reference,

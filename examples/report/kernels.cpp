@@ -35,9 +35,8 @@ constexpr const char* obscurance =
 constexpr const char* slices =
     "cosine-weighted visibility of the depth buffer as a height field, within the radius";
 constexpr const char* thick_slices =
-    "cosine-weighted visibility within the radius of a depth buffer whose surfaces are a quarter "
-    "of "
-    "the radius thick";
+    "cosine-weighted visibility within the radius of a depth buffer whose surfaces are half the "
+    "radius thick";
 
 constexpr KernelInfo infos[] = {
     {"chebyshev-window", "depth", "Chebyshev AO, the same window for all pixels", chan, "depth",

@@ -79,7 +79,7 @@ struct Kernel {
     int row_step = 1;
     bool slow = false;           ///< a reference form: timed once, with all threads
     bool is_default = false;     ///< the settings of the library's defaults
-    double preparation = 0;      ///< milliseconds once per scene, all threads
+    double preparation = 0;      ///< milliseconds once per scene
     std::size_t structures = 0;  ///< bytes of what the preparation made
     /// Bytes beside inputs, output and structures, after a run: scratch and buffers between passes.
     std::function<std::size_t()> memory;

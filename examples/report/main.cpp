@@ -53,6 +53,9 @@ std::string folder_name(const std::filesystem::path& file)
                            (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
         if (!plain) c = '_';
     }
+    // Endings are added to it, and file systems have their limits.
+    constexpr std::size_t longest = 100;
+    if (name.size() > longest) name.resize(longest);
     return name.empty() || name.front() == '.' ? "mesh" + name : name;
 }
 
@@ -157,8 +160,6 @@ Json key_of(const Options& options)
 Json input_of(const Cell& cell)
 {
     const scenes::Scene& scene = cell.subject->scene;
-    const nook::Camera& camera = scene.camera;
-    const auto vector = [](const glm::dvec3& v) { return Json{v.x, v.y, v.z}; };
     Json input;
     input["positions"] =
         digest(scene.positions.data(), scene.positions.size() * sizeof(scene.positions[0]));
@@ -166,9 +167,31 @@ Json input_of(const Cell& cell)
         digest(scene.indices.data(), scene.indices.size() * sizeof(scene.indices[0]));
     input["radius"] = cell.unlimited() ? Json(nullptr) : Json(cell.radius);
     input["principal"] = cell.principal;
-    input["camera"] = {vector(camera.eye),  vector(camera.target), vector(camera.up),
-                       camera.orthographic, camera.vertical_fov,   camera.view_height};
+    const Subject& subject = *cell.subject;
+    input["subject"] = {subject.what, subject.dropped, subject.figures, subject.alone,
+                        subject.thin};
+    input["camera"] = camera_of(cell);
     return input;
+}
+
+/// What is known of a report before it is measured.
+Json outline_of(const std::vector<Cell>& cells, const Options& options)
+{
+    Json report;
+    report["format"] = format;
+    report["run"] = {{"quick", options.quick},
+                     {"width", options.width},
+                     {"height", options.height},
+                     {"directions", options.directions}};
+    report["cells"] = Json::array();
+    for (const Cell& cell : cells)
+        report["cells"].push_back({{"id", cell.id},
+                                   {"triangles", cell.subject->scene.triangles()},
+                                   {"camera", camera_of(cell)},
+                                   {"radius", cell.unlimited() ? Json(nullptr) : Json(cell.radius)},
+                                   {"references", Json::array()},
+                                   {"results", Json::array()}});
+    return report;
 }
 
 /// Text as JSON; what is not UTF-8 in a name is replaced.
@@ -194,10 +217,9 @@ public:
 
     [[nodiscard]] Json run()
     {
-        const auto start = Clock::now();
         plan();
         Json report;
-        report["format"] = 2;
+        report["format"] = format;
         report["nook"] = nook::version;
         report["machine"] = {{"cpu", support::cpu_name()},
                              {"compiler", support::compiler_name()},
@@ -219,14 +241,20 @@ public:
         report["cells"] = Json::array();
         report["stability"] = stability::json_of({});
         report["calibration"] = nullptr;
+        double seconds = 0;
         for (Part& part : parts_) {
             if (!part.kept) measure(part);
-            if (part.name == stability_name) report["stability"] = std::move(*part.kept);
-            else if (part.name == calibration_name) report["calibration"] = std::move(*part.kept);
-            else report["cells"].push_back(std::move(*part.kept));
+            seconds += double{part.kept->at("seconds")};
+            Json& measured = part.kept->at("measured");
+            if (part.name == stability_name)
+                report["stability"] = std::move(measured);
+            else if (part.name == calibration_name)
+                report["calibration"] = std::move(measured);
+            else
+                report["cells"].push_back(std::move(measured));
         }
         progress_.clear();
-        report["run"]["seconds"] = seconds_since(start);
+        report["run"]["seconds"] = seconds;
         return report;
     }
 
@@ -252,6 +280,21 @@ private:
         throw support::Failure{cell.id + ": a cell of no scene"};
     }
 
+    /// Nothing of it is gone.
+    [[nodiscard]] bool is_whole(const Part& part) const
+    {
+        if (!part.kept->contains("seconds") || !part.kept->contains("measured")) return false;
+        if (part.cell == nullptr) return true;
+        const Json& cell = part.kept->at("measured");
+        if (!cell.is_object() || !cell.contains("results")) return false;
+        std::error_code ignored;
+        for (const Json& result : cell.at("results"))
+            if (!std::filesystem::exists(
+                    store_.folder(part.name) / (std::string{result.at("id")} + ".jpg"), ignored))
+                return false;
+        return true;
+    }
+
     void plan()
     {
         progress_.step("looking at the scenes");
@@ -264,6 +307,7 @@ private:
         std::size_t kept = 0;
         for (Part& part : parts_) {
             part.kept = store_.find(part.name, part.input);
+            if (part.kept && !is_whole(part)) part.kept.reset();
             kept += part.kept ? 1 : 0;
             if (part.kept) continue;
             if (part.cell != nullptr)
@@ -285,15 +329,18 @@ private:
         const auto number = &part - parts_.data() + 1;
         progress_.scene(static_cast<int>(number), static_cast<int>(parts_.size()),
                         part.name + " (" + duration(schedule_.left()) + " left)");
+        store_.drop(part.name);
+        Json measured;
         if (part.cell != nullptr) {
-            part.kept = report::measure(*part.cell, options_, structures_of(*part.cell), threads_,
-                                        store_.folder(part.name), progress_);
+            measured = report::measure(*part.cell, options_, structures_of(*part.cell), threads_,
+                                       store_.folder(part.name), progress_);
         } else if (part.name == stability_name) {
             progress_.step("extreme inputs");
-            part.kept = stability::json_of(stability::run());
+            measured = stability::json_of(stability::run());
         } else {
-            part.kept = calibrate(options_.quick, threads_, progress_);
+            measured = calibrate(options_.quick, threads_, progress_);
         }
+        part.kept = Json{{"seconds", seconds_since(start)}, {"measured", std::move(measured)}};
         store_.keep(part.name, part.input, *part.kept);
         schedule_.done(part.seconds, seconds_since(start));
     }
@@ -311,15 +358,14 @@ private:
 /// Returns the status to exit with.
 int run_all(const Options& options)
 {
+    const std::vector<Subject> subjects = subjects_of(options);
+    const std::vector<Cell> cells = cells_of(subjects, options);
     // Read before the long run, and before a run that writes to its folder.
     Json earlier;
     if (options.compare) {
         earlier = load_report(*options.compare);
-        check_old_report(earlier, options.width, options.height, options.directions,
-                         options.compare->string());
+        check_old_report(earlier, outline_of(cells, options), options.compare->string());
     }
-    const std::vector<Subject> subjects = subjects_of(options);
-    const std::vector<Cell> cells = cells_of(subjects, options);
     check_output(options, cells);
     support::prepare_folder(options.folder);
     support::prepare_folder(options.folder / cells_name);

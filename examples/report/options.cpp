@@ -190,10 +190,9 @@ bool read_options(int argc, const char* const* argv, Options& options)
                    "How far occlusion reaches, in world units\n"
                    "[half the scene's usual radius, that and twice that; and for objects alone\n"
                    "without a limit. The usual radius is 5 % of the scene's diagonal; terrain 60,\n"
-                   "curtain 25, arcade 2; temple, city and corridor 0.3]. The default window is\n"
+                   "curtain 25, arcade 2; temple, city and corridor 0.3. The default window is\n"
                    "its projection to both sides at the scene's median depth: odd, at most " +
-                       std::to_string(largest_window) +
-                       "\npixels. The same maximum holds for windows that follow 1/depth")
+                       std::to_string(largest_window) + " pixels]")
         ->type_name("R");
     app.add_option("--rays", rays,
                    "Directions per pixel of the reference, from 2; rounded up to an even number")

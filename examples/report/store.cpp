@@ -52,8 +52,16 @@ std::optional<Json> Store::find(const std::string& part, const Json& input) cons
     // Whatever else lies there is measured again and replaced.
     const Json kept = Json::parse(support::read_file(file), nullptr, false);
     if (!kept.is_object() || !kept.contains("key") || !kept.contains("measured")) return {};
-    if (kept.at("key") != key(input)) return {};
+    if (kept.at("key") != key(input) || !kept.at("measured").is_object()) return {};
     return kept.at("measured");
+}
+
+void Store::drop(const std::string& part) const
+{
+    const std::filesystem::path file = folder(part) / file_name;
+    std::error_code error;
+    std::filesystem::remove(file, error);
+    if (error) throw support::Failure{file.string() + ": " + error.message()};
 }
 
 void Store::keep(const std::string& part, const Json& input, const Json& measured) const

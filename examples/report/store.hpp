@@ -23,8 +23,11 @@ public:
     {
         return folder_ / part;
     }
-    /// What is kept of a part, if it is good for this run and `input`, which tells its input apart.
+    /// What is kept of a part, an object, if it is good for this run and `input`, which tells its input
+    /// apart.
     [[nodiscard]] std::optional<Json> find(const std::string& part, const Json& input) const;
+    /// Forgets a part, before what belongs to it is written anew. Throws support::Failure.
+    void drop(const std::string& part) const;
     /// Keeps it: all of it or nothing. Throws support::Failure.
     void keep(const std::string& part, const Json& input, const Json& measured) const;
 

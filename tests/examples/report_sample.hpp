@@ -63,7 +63,7 @@ inline Json result(const std::string& id, double one, double two, double rmse)
 inline Json cell(const std::string& id, const Json& radius, const std::vector<Json>& results)
 {
     Json json = Json::parse(R"({"id": "", "scene": "bowl", "what": "a bowl", "triangles": 1234,
-        "dropped_triangles": 1, "width": 320, "height": 180, "orthographic": false,
+        "dropped_triangles": 1, "camera": [1, 2, 3, 0, 0, 0, 0, 1, 0, 0, 0.8], "width": 320, "height": 180, "orthographic": false,
         "background_share": 0, "radius": null, "radius_factor": null, "seconds": 7.5,
         "references": [{"meaning": "visibility", "directions": 512, "seconds": 2.1,
                         "standard_error": 0.003, "rays": 30, "skipped_rays": 10,

@@ -293,14 +293,24 @@ TEST_CASE("reports of another format, size or reference are refused by member an
 TEST_CASE("an old report that will not do is refused before the run")
 {
     Json old = good_report();
-    CHECK_NOTHROW(report::check_old_report(old, 320, 180, 512, "old.json"));
-    CHECK_THROWS_WITH_AS(report::check_old_report(old, 320, 181, 512, "old.json"),
-                         "old.json: run.height is 180, and 181 in the new report",
-                         support::Failure);
+    Json now = old;
+    for (Json& cell : now["cells"]) cell["references"] = cell["results"] = Json::array();
+    CHECK_NOTHROW(report::check_old_report(old, now, "old.json"));
+    const auto refused = [&](const char* place, const Json& value, const char* why) {
+        Json changed = now;
+        changed[Json::json_pointer{place}] = value;
+        CHECK_THROWS_WITH_AS(report::check_old_report(old, changed, "old.json"), why,
+                             support::Failure);
+    };
+    refused("/run/height", 181, "old.json: run.height is 180, and 181 in the new report");
+    refused("/run/quick", false, "old.json: run.quick is true, and false in the new report");
+    refused("/cells/0/triangles", 7,
+            "old.json: cells[bowl].triangles is 1234, and 7 in the new report");
+    refused("/cells/0/camera/9", 1,
+            "old.json: cells[bowl].camera is another than in the new report");
     old["cells"][1]["results"][0]["error"].erase("rmse");
-    CHECK_THROWS_WITH_AS(report::check_old_report(old, 320, 180, 512, "old.json"),
-                         "old.json: cells[cup-unlimited].results[traced-16].error.rmse is missing",
-                         support::Failure);
+    refused("/run/width", 320,
+            "old.json: cells[cup-unlimited].results[traced-16].error.rmse is missing");
 }
 
 TEST_CASE("what the comparison reads is refused when it is missing or of another kind")

@@ -222,7 +222,7 @@ TEST_CASE("terms of the split that say nothing are null")
     }
     SUBCASE("for kernels that see the triangles, and those that nobody knows")
     {
-        for (const char* name : {"traced", "information-visibility", "somebody's"}) {
+        for (const char* name : {"traced", "masked", "information-visibility", "somebody's"}) {
             const Json result = Fake{reference, name, 8}.errors(view, reference, &field);
             CHECK(result["height_field_error"].is_null());
             CHECK(result["estimator_error"].is_null());
@@ -237,7 +237,7 @@ TEST_CASE("terms of the split that say nothing are null")
     }
     SUBCASE("for kernels without a slow form")
     {
-        for (const char* name : {"alchemy-blurred", "masked", "chebyshev-range-exact"}) {
+        for (const char* name : {"alchemy-blurred", "alchemy-half", "chebyshev-range-exact"}) {
             Fake fake{reference, name, 8};
             fake.run.kernel.exact = nullptr;
             const Json result = fake.errors(view, reference, &field);

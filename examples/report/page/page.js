@@ -71,7 +71,7 @@ const drawStill = () => {
       .replaceChildren(
           h("p", null, "All of it, with the same pictures, times and tables:"),
           h("code", {class: "command"}, run.command),
-          h("p", null, "One scene, with all its radii:"),
+          h("p", null, "One scene, with all its radii, to a folder of its own:"),
           h("code", {class: "command"}, commandOf(report.cells[0])),
           h("p", null,
             "Errors come out the same to the last bit on the same build; times are those of " +
@@ -82,7 +82,7 @@ const drawStill = () => {
             "The address of this page keeps the choice of scene, radius, threads, error and ",
             "point, so that a figure can be passed on as a link."),
           h("p", null, "What got worse since an older report:"),
-          h("code", {class: "command"}, "nook-report --compare old/report.json"));
+          h("code", {class: "command"}, `${run.command} --compare old/report.json`));
   drawCalibration();
   drawStability();
 };

@@ -143,7 +143,7 @@ const drawPlot = () => {
   const shown = all.filter((p) => !hidden.has(p.result.kernel));
   const reference = referenceOf(cell, meaning);
   const error = measure.floor ? reference.standard_error : measure.floorOf?.(cell) ?? 0;
-  const frame = frameOf(all, error), front = frontOf(shown, threads, state.measure);
+  const frame = frameOf(all, error), front = frontOf(all, threads, state.measure).filter((p) => shown.includes(p));
   const svg = s("svg", {
     viewBox: `0 0 ${frame.width} ${frame.height}`,
     role: "group",
@@ -346,7 +346,7 @@ const drawNotes = (cell, all, reference) => {
       "after the best monotone fit, or by rank correlation."
     ]);
   if (state.measure === "field")
-    notes.push("Only kernels that see one depth buffer have an error against the height field.");
+    notes.push("Only kernels over depth and normals have an error against the height field.");
   if (rows.length)
     notes.push([
       rows.map((p) => `${p.result.id} (1 row in ${p.result.row_step})`).join(", "),

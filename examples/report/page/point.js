@@ -5,11 +5,14 @@ const pairs = (...rows) =>
       rows.filter(Boolean).map(
           ([name, value, what]) => [h("dt", {title: what}, name), h("dd", null, value)]));
 
+/** The command that measures the scene of a cell alone, and leaves this page as it is. */
 const commandOf = (cell) => {
-  const {command} = report.run;
-  return /--scene|\.obj\b/.test(command) || /\.obj$/.test(cell.scene) ?
-      command :
-      `${command} --scene ${cell.scene}`;
+  const word = "(?:'[^']*'|[^\\s'-][^\\s]*)";
+  const scenes = new RegExp(` --scene(?:[ =]${word})+`, "g"), out = new RegExp(` --out[ =]${word}`, "g");
+  const command = report.run.command.replace(out, "");
+  return cell.what === "a mesh from a file" ?
+      `${command} --out one-scene` :
+      `${command.replace(scenes, "")} --scene ${cell.scene} --out one-scene`;
 };
 
 let beside = "reference", gain = 4, panelRun = 0;

@@ -136,7 +136,7 @@ const drawSplit = () => {
                 "a − b", () => field?.error.rmse ?? null, "what the depth buffer does not know"),
             numeric(
                 "b − c", (r) => r.estimator_error?.rmse ?? null, "what the estimator gets wrong"),
-            numeric("bias of b − c", (r) => r.estimator_error?.bias ?? null),
+            numeric("bias of c − b", (r) => r.estimator_error?.bias ?? null),
             numeric(
                 "c − kernel", (r) => r.own_error?.rmse ?? null,
                 "what the implementation gets wrong"),
