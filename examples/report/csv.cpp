@@ -70,7 +70,7 @@ std::vector<Column> columns()
     add_differences("estimator_error", Source::result, "/estimator_error");
     add_differences("own_error", Source::result, "/own_error");
     for (const char* const part : work_members)
-        add(std::string{"work_"} + part, Source::result, std::string{"/work/"} + part);
+        add(std::string{"work_"} + part, Source::result, std::string{"/work"} + '/' + part);
     add("slope", Source::slope, "/slope");
 
     add("reference_directions", Source::reference, "/directions");
