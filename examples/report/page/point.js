@@ -205,7 +205,7 @@ const numbersOf = (cell, result, reference) => {
           [`median of ${timing.rounds}`, milliseconds(timing.median)],
           isNumber(perPixel) && ["per surface pixel", `${number(perPixel)} ns`],
           timing.rounds > 1 && ["fastest", milliseconds(timing.min)],
-          timing.rounds > 1 && ["nine of ten below", milliseconds(timing.p90)],
+          timing.rounds > 1 && ["nine of ten within", milliseconds(timing.p90)],
           ...(timing.passes.length > 1 ?
                   timing.passes.map((pass) => [`pass: ${pass.name}`, milliseconds(pass.median)]) :
                   []))

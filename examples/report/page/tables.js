@@ -90,7 +90,7 @@ const drawResults = () => {
                 "ms", timeNow, `median of a frame, ${threads} thread${threads === 1 ? "" : "s"}`),
             numeric(
                 "p90 ms", (r) => timingOf(r, threads)?.p90 ?? null,
-                "nine of ten frames are faster"),
+                "at least nine of ten frames took no longer"),
             numeric("RMSE", (r) => r.error.rmse, measures.rmse.what),
             numeric("monotone fit", (r) => r.error.fitted_rmse, measures.fitted.what),
             numeric("rank corr.", (r) => r.error.rank_correlation, measures.rank.what),
