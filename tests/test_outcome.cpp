@@ -124,14 +124,16 @@ TEST_SUITE("outcome")
 
     TEST_CASE("work adds up field by field")
     {
-        nook::Work work{1, 2, 3, 4, 5, 6, 7};
-        work += {10, 20, 30, 40, 50, 60, 70};
+        nook::Work work{1, 2, 3, 4, 5, 6, 7, 8, 9};
+        work += {10, 20, 30, 40, 50, 60, 70, 80, 90};
         CHECK(work.pixels == 11);
         CHECK(work.background == 22);
         CHECK(work.skipped == 33);
         CHECK(work.samples == 44);
-        CHECK(work.rays == 55);
-        CHECK(work.skipped_rays == 66);
-        CHECK(work.passes == 77);
+        CHECK(work.skipped_samples == 55);
+        CHECK(work.rays == 66);
+        CHECK(work.skipped_rays == 77);
+        CHECK(work.passes == 88);
+        CHECK(work.skipped_passes == 99);
     }
 }

@@ -38,13 +38,15 @@ struct Error {
 
 /// What a call did and what it left out.
 struct Work {
-    std::uint64_t pixels = 0;        ///< pixels written
-    std::uint64_t background = 0;    ///< of these, pixels that hold no surface
-    std::uint64_t skipped = 0;       ///< of these, surface pixels that a work map spared
-    std::uint64_t samples = 0;       ///< samples read by kernels whose count depends on the input
-    std::uint64_t rays = 0;          ///< rays traced
-    std::uint64_t skipped_rays = 0;  ///< rays spared, since nothing lies in their reach
-    std::uint64_t passes = 0;        ///< passes over the image
+    std::uint64_t pixels = 0;           ///< pixels written
+    std::uint64_t background = 0;       ///< of these, pixels that hold no surface
+    std::uint64_t skipped = 0;          ///< of these, surface pixels that were spared as a whole
+    std::uint64_t samples = 0;          ///< samples read by kernels whose count depends on the input
+    std::uint64_t skipped_samples = 0;  ///< samples spared, of pixels that were not
+    std::uint64_t rays = 0;             ///< rays traced
+    std::uint64_t skipped_rays = 0;     ///< rays spared: nothing in reach, or the estimate was done
+    std::uint64_t passes = 0;           ///< passes over the image
+    std::uint64_t skipped_passes = 0;   ///< passes that had nothing to do
 
     NOOK_INLINE constexpr Work& operator+=(const Work& other)
     {
@@ -52,9 +54,11 @@ struct Work {
         background += other.background;
         skipped += other.skipped;
         samples += other.samples;
+        skipped_samples += other.skipped_samples;
         rays += other.rays;
         skipped_rays += other.skipped_rays;
         passes += other.passes;
+        skipped_passes += other.skipped_passes;
         return *this;
     }
 };
