@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -59,7 +60,7 @@ struct AlchemyLanes {
     Vector distance, nx, ny, sx, along;
     Real sy;
     RiseRule::Rise<Vector> rise;
-    Real per_square, epsilon, falloff;
+    Real epsilon, falloff;
 
     AlchemyLanes(const SurfaceGroup<Real>& group, int first, double slope,
                  const AlchemyShade& shade)
@@ -70,33 +71,35 @@ struct AlchemyLanes {
           along{nx * sx + ny * group.slope_y - load<lanes>(group.normal.z + first)},
           sy{group.slope_y},
           rise{shade.rise.at(distance, Vector(larger(along, Vector(-along))), slope)},
-          per_square{static_cast<Real>(shade.rise.per_square())},
           // So that no sample is near enough to overflow.
           epsilon{static_cast<Real>(shade.epsilon) + Real{0x1p-60}},
           falloff{static_cast<Real>(1 / shade.square_radius)}
     {}
-    /// Of neighbours at distances `there`, by the slopes gx, gy away: numbers or lanes.
+    /// How far neighbours at distances `there`, by the slopes gx, gy away, stand above the tangent plane
+    /// and what the bias forgives of that, but for its part in v·v. Numbers or lanes.
+    template <class Slope>
+    [[nodiscard]] NOOK_INLINE Vector height(const Vector& there, const Slope& gx,
+                                            const Slope& gy) const
+    {
+        const Vector above = along * (there - distance) - rise.constant;
+        if constexpr (orthographic) return above + (nx * gx + ny * gy) - rise.per_distance * there;
+        else return above + there * (nx * gx + ny * gy - rise.per_distance);
+    }
+    /// One term, of the same.
     template <class Slope>
     [[nodiscard]] NOOK_INLINE Vector term(const Vector& there, const Slope& gx,
                                           const Slope& gy) const
     {
         const Vector zero{}, step = there - distance;
-        Vector vx = sx * step, vy = sy * step, height = along * step - rise.constant;
-        if constexpr (orthographic) {
-            vx = vx + gx;
-            vy = vy + gy;
-            height = height + (nx * gx + ny * gy) - rise.per_distance * there;
-        } else {
-            vx = vx + gx * there;
-            vy = vy + gy * there;
-            height = height + there * (nx * gx + ny * gy - rise.per_distance);
-        }
+        const Vector across = orthographic ? Vector(zero + gx) : Vector(gx * there);
+        const Vector up = orthographic ? Vector(zero + gy) : Vector(gy * there);
+        const Vector vx = sx * step + across, vy = sy * step + up;
         const Vector square = vx * vx + vy * vy + step * step;
-        height = larger(Vector(height - per_square * square), zero);
-        Vector term = height / (square + epsilon);
+        const Vector left = larger(Vector(height(there, gx, gy) - rise.per_square * square), zero);
+        Vector term = left / (square + epsilon);
         if constexpr (scalable) {
-            const Vector left = larger(Vector(Real{1} - square * falloff), zero);
-            term = term * (left * left * left);
+            const Vector share = larger(Vector(Real{1} - square * falloff), zero);
+            term = term * (share * share * share);
         }
         return there > Real{0} ? term : zero;
     }
@@ -111,10 +114,46 @@ struct AlchemyLanes {
     }
 };
 
-/// Offsets in common.
+/// The sum of the terms of all taps. Most samples rise above no tangent plane, which is soon seen: with
+/// few pixels side by side each tap is tried before its term is computed; with many, all taps at once,
+/// where nothing counted for the pixels before.
+template <class Pixels, class Taps, class Real>
+[[nodiscard]] NOOK_INLINE auto sum_terms(const Pixels& pixels, const Taps& taps, const Real* data,
+                                         bool& quiet)
+{
+    using Vector = typename Pixels::Vector;
+    constexpr int lanes = Pixels::lanes;
+    const Vector zero{};
+    Vector sum = zero;
+    const auto term = [&](int i) NOOK_INLINE_LAMBDA {
+        return pixels.term(load<lanes>(data + taps.index[i]), taps.slope_x[i], taps.slope_y[i]);
+    };
+    const auto height = [&](int i) NOOK_INLINE_LAMBDA {
+        const Vector there = load<lanes>(data + taps.index[i]);
+        const Vector above = pixels.height(there, taps.slope_x[i], taps.slope_y[i]);
+        return Vector(there > Real{0} ? above : zero);
+    };
+    if constexpr (lanes > 8) {
+        if (quiet) {
+            Vector highest = zero;
+            for (int i = 0; i < taps.count; ++i) highest = larger(highest, height(i));
+            if (!any(highest > zero)) return sum;
+        }
+        for (int i = 0; i < taps.count; ++i) sum = sum + term(i);
+        quiet = !any(sum > zero);
+    } else {
+        std::uint64_t hits = 0;
+        for (int i = 0; i < taps.count; ++i) hits |= std::uint64_t{any(height(i) > zero)} << i;
+        for (; hits != 0; hits &= hits - 1) sum = sum + term(std::countr_zero(hits));
+    }
+    return sum;
+}
+
+/// Offsets in common. `quiet` tells whether nothing counted for the group before.
 template <class Real, bool orthographic, bool scalable>
 void alchemy_group(Real* values, const SurfaceGroup<Real>& group, const AlchemySpiral& spiral,
-                   const DepthPlane<Real>& plane, const ReachRule& rule, const AlchemyShade& shade)
+                   const DepthPlane<Real>& plane, const ReachRule& rule, const AlchemyShade& shade,
+                   bool& quiet)
 {
     using Pixels = AlchemyLanes<Real, orthographic, scalable>;
     constexpr int lanes = Pixels::lanes, parts = SurfaceGroup<Real>::size / lanes;
@@ -125,16 +164,18 @@ void alchemy_group(Real* values, const SurfaceGroup<Real>& group, const AlchemyS
             if ((wanted >> part & 1u) == 0) continue;
             const Pixels pixels{group, part * lanes, reach.slope, shade};
             const Real* const first = plane.data() + part * lanes;
-            typename Pixels::Vector sum{};
             // Three groups on, where the neighbours will be about the same.
             for (int i = 0; i < taps.count; ++i) prefetch(first + taps.index[i] + 48);
-            for (int i = 0; i < taps.count; ++i)
-                sum = sum + pixels.term(load<lanes>(first + taps.index[i]), taps.slope_x[i],
-                                        taps.slope_y[i]);
+            const auto sum = sum_terms(pixels, taps, first, quiet);
             pixels.finish(sum, spiral.count, shade, results + part * lanes);
         }
     });
 }
+
+struct AlchemyRow {
+    AlchemySpiral spiral;
+    bool quiet = true;
+};
 
 /// How the pixels of one register look at their neighbours, each at offsets of its own.
 template <class Real>
@@ -238,13 +279,13 @@ Outcome run_alchemy(const SurfaceInput<Source>& input, const ImageView<Value>& v
         return run_surface_pass(
             input, visibility,
             [&](int y) {
-                return AlchemySpiral{options.samples, options.turns, row_turn(y, options.seed)};
+                return AlchemyRow{{options.samples, options.turns, row_turn(y, options.seed)}};
             },
-            [&](Real* values, const SurfaceGroup<Real>& group, const AlchemySpiral& row,
+            [&](Real* values, const SurfaceGroup<Real>& group, AlchemyRow& row,
                 const DepthPlane<Real>& plane) {
-                if (row.count > 0)
-                    alchemy_group<Real, orthographic, scalable>(values, group, row, plane, rule,
-                                                                shade);
+                if (row.spiral.count > 0)
+                    alchemy_group<Real, orthographic, scalable>(values, group, row.spiral, plane,
+                                                                rule, shade, row.quiet);
             },
             scratch, executor);
     const AlchemySpiral spiral{options.samples, options.turns, 0};

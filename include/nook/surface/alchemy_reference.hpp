@@ -116,7 +116,7 @@ public:
             const double vy = sy * step - to.down / rule_.fy * scale;
             const double square = vx * vx + vy * vy + step * step;
             const double bias =
-                rise.constant + rise.per_distance * there + shade_.rise.per_square() * square;
+                rise.constant + rise.per_distance * there + rise.per_square * square;
             const double above = n.x * vx + n.y * vy - n.z * step;
             sum += shade_.scalable
                        ? scalable_term(above, square, bias, shade_.epsilon, shade_.square_radius)

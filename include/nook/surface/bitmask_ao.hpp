@@ -135,7 +135,8 @@ template <class Vector>
 template <class Pixels, class Frame, class Taps, class Real>
 [[nodiscard]] NOOK_INLINE auto hidden_sectors(const Pixels& pixels, const Frame& slice,
                                               const Taps& taps, int first, int last, int opposite,
-                                              const Real* data, Real thickness, bool solid)
+                                              const Real* data, const TapBits& hits, Real thickness,
+                                              bool solid)
 {
     using Vector = typename Pixels::Vector;
     using Word = SectorBits<Real>;
@@ -163,10 +164,14 @@ template <class Pixels, class Frame, class Taps, class Real>
     };
     const Vector facing = pixels.facing(slice);
     for (int i = first; i < last; ++i) {
+        if (!Pixels::wide && !hits[i] && !hits[i + opposite]) continue;
         const auto offset = pixels.offset(facing, taps.slope_x[i], taps.slope_y[i], taps.length[i]);
-        close(std::integral_constant<int, 1>{}, load<Pixels::lanes>(data + taps.index[i]), offset);
-        close(std::integral_constant<int, -1>{},
-              load<Pixels::lanes>(data + taps.index[i + opposite]), offset);
+        if (Pixels::wide || hits[i])
+            close(std::integral_constant<int, 1>{}, load<Pixels::lanes>(data + taps.index[i]),
+                  offset);
+        if (Pixels::wide || hits[i + opposite])
+            close(std::integral_constant<int, -1>{},
+                  load<Pixels::lanes>(data + taps.index[i + opposite]), offset);
     }
     const auto count = std::bit_cast<Lanes<Signed, Pixels::lanes>>(count_bits<Bits>(closed));
     return Vector(convert<Real>(count) * static_cast<Real>(1.0 / sectors));
@@ -182,16 +187,18 @@ Outcome run_bitmasks(const SurfaceInput<Source>& input, const ImageView<Value>& 
     using Vector = typename Pixels::Vector;
     const Real thickness = static_cast<Real>(shade.thickness);
     const auto part = [&](const Pixels& pixels, const SliceTaps<Real>& taps,
-                          const SlicePattern& pattern, const Real* data) {
+                          const SlicePattern& pattern, const Real* data, const TapBits& hits) {
         Vector hidden{}, open{};
         for (int k = 0; k < pattern.slices; ++k) {
             const SliceFrame<Vector> slice = pixels.frame(pattern, k);
             const int first = k * pattern.steps;
             const Vector whole = slice.weight * slice.open;
             open = open + whole;
-            hidden =
-                hidden + whole * hidden_sectors(pixels, slice, taps, first, first + pattern.steps,
-                                                pattern.taps, data, thickness, shade.solid);
+            const int last = first + pattern.steps;
+            if (!hits.any(first, last) && !hits.any(first + pattern.taps, last + pattern.taps))
+                continue;
+            hidden = hidden + whole * hidden_sectors(pixels, slice, taps, first, last, pattern.taps,
+                                                     data, hits, thickness, shade.solid);
         }
         return Vector(Real{1} - hidden / larger(open, Vector(Vector{} + Real{0x1p-60})));
     };

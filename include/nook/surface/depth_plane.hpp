@@ -89,15 +89,19 @@ public:
             return;
         }
         static_cast<void>(read_row<lanes>(source, 0, width_, y, row));
-        const Real factor = static_cast<Real>(scale_);
+        scale(row, width_, static_cast<Real>(scale_));
+        for (int x = 0; x < margin; ++x) row[x - margin] = 0;
+        for (int x = width_; x < stride_ - margin; ++x) row[x] = 0;
+    }
+    /// Scales distances.
+    static void scale(Real* row, int count, Real factor)
+    {
         int x = 0;
-        for (; x + lanes <= width_; x += lanes) {
+        for (; x + lanes <= count; x += lanes) {
             const auto distance = load<lanes>(row + x) * factor;
             store(row + x, distance < farthest ? distance : Lanes<Real, lanes>{});
         }
-        for (; x < width_; ++x) row[x] = row[x] * factor < farthest ? row[x] * factor : Real{0};
-        for (x = 0; x < margin; ++x) row[x - margin] = 0;
-        for (x = width_; x < stride_ - margin; ++x) row[x] = 0;
+        for (; x < count; ++x) row[x] = row[x] * factor < farthest ? row[x] * factor : Real{0};
     }
 
 private:

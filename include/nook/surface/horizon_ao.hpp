@@ -106,13 +106,14 @@ struct Horizons {
 template <class Pixels, class Frame, class Taps, class Real>
 [[nodiscard]] NOOK_INLINE auto find_horizons(const Pixels& pixels, const Frame& slice,
                                              const Taps& taps, int first, int last, int opposite,
-                                             const Real* data)
+                                             const Real* data, const TapBits& hits)
 {
     using Vector = typename Pixels::Vector;
     const Vector zero{}, one = zero + Real{1};
     Horizons<Vector> found{{zero, one}, {zero, one}};
     const Vector facing = pixels.facing(slice);
     for (int i = first; i < last; ++i) {
+        if (!Pixels::wide && !hits[i] && !hits[i + opposite]) continue;
         const auto offset = pixels.offset(facing, taps.slope_x[i], taps.slope_y[i], taps.length[i]);
         const auto raise = [&](Elevation<Vector>& horizon) {
             return [&](const auto& counts, const Elevation<Vector>& at) NOOK_INLINE_LAMBDA {
@@ -123,10 +124,12 @@ template <class Pixels, class Frame, class Taps, class Real>
                 horizon.beside = higher ? at.beside : horizon.beside;
             };
         };
-        pixels.template look<1>(load<Pixels::lanes>(data + taps.index[i]), slice, offset,
-                                raise(found.right));
-        pixels.template look<-1>(load<Pixels::lanes>(data + taps.index[i + opposite]), slice,
-                                 offset, raise(found.left));
+        if (Pixels::wide || hits[i])
+            pixels.template look<1>(load<Pixels::lanes>(data + taps.index[i]), slice, offset,
+                                    raise(found.right));
+        if (Pixels::wide || hits[i + opposite])
+            pixels.template look<-1>(load<Pixels::lanes>(data + taps.index[i + opposite]), slice,
+                                     offset, raise(found.left));
     }
     return found;
 }
@@ -136,7 +139,8 @@ template <class Pixels, class Frame, class Taps, class Real>
 template <class Pixels, class Frame, class Taps, class Real>
 [[nodiscard]] NOOK_INLINE auto hidden_by_extents(const Pixels& pixels, const Frame& slice,
                                                  const Taps& taps, int first, int last,
-                                                 int opposite, const Real* data, Real thickness)
+                                                 int opposite, const Real* data,
+                                                 const TapBits& hits, Real thickness)
 {
     using Vector = typename Pixels::Vector;
     const Vector zero{};
@@ -155,11 +159,14 @@ template <class Pixels, class Frame, class Taps, class Real>
     };
     const Vector facing = pixels.facing(slice);
     for (int i = first; i < last; ++i) {
+        if (!Pixels::wide && !hits[i] && !hits[i + opposite]) continue;
         const auto offset = pixels.offset(facing, taps.slope_x[i], taps.slope_y[i], taps.length[i]);
-        add(std::integral_constant<int, 1>{}, load<Pixels::lanes>(data + taps.index[i]), offset,
-            right);
-        add(std::integral_constant<int, -1>{}, load<Pixels::lanes>(data + taps.index[i + opposite]),
-            offset, left);
+        if (Pixels::wide || hits[i])
+            add(std::integral_constant<int, 1>{}, load<Pixels::lanes>(data + taps.index[i]), offset,
+                right);
+        if (Pixels::wide || hits[i + opposite])
+            add(std::integral_constant<int, -1>{},
+                load<Pixels::lanes>(data + taps.index[i + opposite]), offset, left);
     }
     return hidden;
 }
@@ -174,11 +181,12 @@ Outcome run_horizons(const SurfaceInput<Source>& input, const ImageView<Value>& 
     using Vector = typename Pixels::Vector;
     const Real thickness = static_cast<Real>(shade.thickness);
     const auto part = [&](const Pixels& pixels, const SliceTaps<Real>& taps,
-                          const SlicePattern& pattern, const Real* data) {
+                          const SlicePattern& pattern, const Real* data, const TapBits& hits) {
         // Some slices at a time, step by step: each step then waits for none of the others.
         constexpr int batch = 4;
         SliceFrame<Vector> frames[batch];
         Horizons<Vector> horizons[batch];
+        bool seen[batch];
         Vector hidden{}, open{};
         for (int begin = 0; begin < pattern.slices; begin += batch) {
             const int count = (std::min)(batch, pattern.slices - begin);
@@ -188,18 +196,23 @@ Outcome run_horizons(const SurfaceInput<Source>& input, const ImageView<Value>& 
             }
             for (int k = 0; k < count; ++k) {
                 const int first = (begin + k) * pattern.steps, last = first + pattern.steps;
+                seen[k] =
+                    hits.any(first, last) || hits.any(first + pattern.taps, last + pattern.taps);
+                if (!seen[k]) continue;
                 if constexpr (solid)
-                    horizons[k] =
-                        find_horizons(pixels, frames[k], taps, first, last, pattern.taps, data);
+                    horizons[k] = find_horizons(pixels, frames[k], taps, first, last, pattern.taps,
+                                                data, hits);
                 else
                     hidden = hidden + frames[k].weight *
                                           hidden_by_extents(pixels, frames[k], taps, first, last,
-                                                            pattern.taps, data, thickness);
+                                                            pattern.taps, data, hits, thickness);
             }
             if constexpr (solid)
                 for (int k = 0; k < count; ++k)
-                    hidden = hidden + frames[k].weight * hidden_below(horizons[k].right,
-                                                                      horizons[k].left, frames[k]);
+                    if (seen[k])
+                        hidden =
+                            hidden + frames[k].weight * hidden_below(horizons[k].right,
+                                                                     horizons[k].left, frames[k]);
         }
         return Vector(Real{1} - hidden / larger(open, Vector(Vector{} + Real{0x1p-60})));
     };

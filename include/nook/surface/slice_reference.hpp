@@ -107,8 +107,8 @@ Outcome run_slice_reference(const DepthSource<Stored, Decode>& source, const Nor
                                         sy * step - down / rule.fy * scale, -step};
                     const double square = dot(v, v[0], v[1], v[2]);
                     const double above = dot(v, n.x, n.y, n.z);
-                    const double least = rise.constant + rise.per_distance * there +
-                                         shade.rise.per_square() * square;
+                    const double least =
+                        rise.constant + rise.per_distance * there + rise.per_square * square;
                     if (square > shade.square_radius || !(above > least) || !(above > 0)) continue;
                     const double offset = std::hypot(right / rule.fx, down / rule.fy);
                     // As if met in the slice, but for its height above the tangent plane.

@@ -188,17 +188,40 @@ struct Elevation {
     Real above, beside;
 };
 
+/// A bit per tap.
+struct TapBits {
+    std::uint64_t words[2 * largest_slice_taps / 64];
+
+    NOOK_INLINE void set_all(int taps)
+    {
+        for (int first = 0; first < taps; first += 64) words[first / 64] = ~std::uint64_t{0};
+    }
+    [[nodiscard]] NOOK_INLINE bool operator[](int tap) const
+    {
+        return (words[tap / 64] >> (tap % 64) & 1u) != 0;
+    }
+    /// Whether any of [first, last) is set.
+    [[nodiscard]] NOOK_INLINE bool any(int first, int last) const
+    {
+        for (int tap = first; tap < last; ++tap)
+            if ((*this)[tap]) return true;
+        return false;
+    }
+};
+
 /// Some pixels of a group, side by side, and what they see of their neighbours.
 template <class Real, bool orthographic>
 struct SlicePixels {
     static constexpr int lanes = lanes_of<Real>;
+    /// So many pixels side by side that most samples of a slice count for one of them, if any does.
+    static constexpr bool wide = lanes > 8;
     using Vector = Lanes<Real, lanes>;
 
     Vector distance, nx, ny, nz;
     ViewDirection<Vector> view;
     Vector along;
     RiseRule::Rise<Vector> rise;
-    Real per_square, square_radius;
+    Real square_radius;
 
     SlicePixels(const SurfaceGroup<Real>& group, int first, double slope, const SliceShade& shade)
         : distance{load<lanes>(group.distance + first)},
@@ -208,7 +231,6 @@ struct SlicePixels {
           view{load<lanes>(group.slope_x + first), Vector(Vector{} + group.slope_y)},
           along{nx * load<lanes>(group.slope_x + first) + ny * group.slope_y - nz},
           rise{shade.rise.at(distance, Vector(larger(along, Vector(-along))), slope)},
-          per_square{static_cast<Real>(shade.rise.per_square())},
           square_radius{static_cast<Real>(shade.square_radius)}
     {}
 
@@ -232,6 +254,30 @@ struct SlicePixels {
         return {along_view, gx * nx + gy * ny, length * facing,
                 length * length - along_view * along_view};
     }
+    /// Marks the taps that may count: those that stand above the tangent plane by more than the bias
+    /// forgives whatever their distance. Most do not, and their slices need no frame.
+    [[nodiscard]] NOOK_INLINE bool find_hits(const SliceTaps<Real>& taps, int count,
+                                             const Real* data, TapBits& hits) const
+    {
+        std::uint64_t found = 0;
+        for (int first = 0; first < count; first += 64) {
+            std::uint64_t bits = 0;
+            const int last = (std::min)(count - first, 64);
+            for (int k = 0; k < last; ++k) {
+                const int i = first + k;
+                const Vector there = load<lanes>(data + taps.index[i]);
+                const Vector normal = taps.slope_x[i] * nx + taps.slope_y[i] * ny;
+                const Vector scale = orthographic ? Vector(Vector{} + Real{1}) : there;
+                const Vector above = along * (there - distance) + scale * normal;
+                const auto may = (there > Real{0}) & (above > Real{0}) &
+                                 (above > rise.constant + rise.per_distance * there);
+                bits |= std::uint64_t{any(may)} << k;
+            }
+            hits.words[first / 64] = bits;
+            found |= bits;
+        }
+        return found != 0;
+    }
     /// What the offsets in a slice need.
     [[nodiscard]] NOOK_INLINE static Vector facing(const SliceFrame<Vector>& slice)
     {
@@ -254,7 +300,7 @@ struct SlicePixels {
         const Vector above = along * step + sided * to.normal;
         const Vector toward = sided * to.view - view.length * step;
         const Vector square = toward * toward + scale * scale * to.square_across;
-        const Vector least = rise.constant + rise.per_distance * there + per_square * square;
+        const Vector least = rise.constant + rise.per_distance * there + rise.per_square * square;
         const auto counts =
             (there > Real{0}) & (square <= square_radius) & (above > least) & (above > Real{0});
         const Vector lean = slice.normal_across * toward;
@@ -338,9 +384,14 @@ Outcome run_slices(const SurfaceInput<Source>& input, const ImageView<Value>& vi
     const int slices = work ? settings.slices : 0, steps = work ? settings.steps : 0;
     const ReachRule rule{input.plane, settings.bounded_radius(), input.projection,
                          settings.max_pixels};
-    const auto row = [&](int y) { return SlicePattern{slices, steps, y, settings.seed}; };
-    const auto run = [&](Real* values, const SurfaceGroup<Real>& group, const SlicePattern& pattern,
+    struct Row {
+        SlicePattern pattern;
+        bool quiet = true;  ///< nothing counted for the pixels before
+    };
+    const auto make_row = [&](int y) { return Row{{slices, steps, y, settings.seed}}; };
+    const auto run = [&](Real* values, const SurfaceGroup<Real>& group, Row& row,
                          const DepthPlane<Real>& plane) {
+        const SlicePattern& pattern = row.pattern;
         if (pattern.taps == 0) return;
         for_each_reach(
             group, rule, values, [&](const Reach& reach, unsigned wanted, Real* results) {
@@ -349,12 +400,21 @@ Outcome run_slices(const SurfaceInput<Source>& input, const ImageView<Value>& vi
                 for (int first = 0; first < SurfaceGroup<Real>::size; first += Pixels::lanes) {
                     if ((wanted >> first / Pixels::lanes & 1u) == 0) continue;
                     const Pixels pixels{group, first, reach.slope, shade};
-                    store(results + first,
-                          settled(part(pixels, taps, pattern, plane.data() + first)));
+                    const Real* const data = plane.data() + first;
+                    TapBits hits;
+                    // Where something counted for the pixels before, it will again.
+                    if (Pixels::wide && !row.quiet) hits.set_all(2 * pattern.taps);
+                    else if (!pixels.find_hits(taps, 2 * pattern.taps, data, hits)) {
+                        store(results + first, broadcast<Pixels::lanes>(Real{1}));
+                        continue;
+                    }
+                    const auto open = settled(part(pixels, taps, pattern, data, hits));
+                    row.quiet = !any(open < Real{1});
+                    store(results + first, open);
                 }
             });
     };
-    return run_surface_pass(input, visibility, row, run, scratch, executor);
+    return run_surface_pass(input, visibility, make_row, run, scratch, executor);
 }
 
 }  // namespace nook::inline NOOK_TARGET::detail

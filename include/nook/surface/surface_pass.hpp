@@ -299,8 +299,48 @@ template <class Real>
     return static_cast<int>(fold(count, [](const auto& a, const auto& b) { return a + b; }));
 }
 
+/// Whether a work map has an active group.
+[[nodiscard]] inline bool any_active(const WorkMap& map)
+{
+    if (map.everything()) return true;
+    for (int y = 0; y < map.active.height; ++y)
+        for (int g = 0; g < map.active.width; ++g)
+            if (map.active(g, y) != 0) return true;
+    return false;
+}
+
+/// What is left to do where no group is active: 1 everywhere, and counting.
+template <class Source, class Value, class S, class E>
+Outcome skip_surface_pass(const SurfaceInput<Source>& input, const ImageView<Value>& visibility,
+                          S&& scratch, E&& executor)
+{
+    using Real = typename Source::Distance;
+    constexpr int band = 8, size = WorkMap::group, lanes = lanes_of<Real>;
+    const int width = visibility.width, height = visibility.height;
+    const auto run = [&](Work& work, int, int task, int) {
+        alignas(64) Real row[size] = {};
+        const int last = (std::min)(task * band + band, height);
+        for (int y = task * band; y < last; ++y)
+            for (int x = 0; x < width; x += size) {
+                const int count = (std::min)(size, width - x);
+                for (int i = count; i < size; ++i) row[i] = 0;
+                static_cast<void>(read_row<lanes>(input.source, x, count, y, row));
+                DepthPlane<Real>::scale(row, size, static_cast<Real>(input.plane.scale()));
+                const int surfaces = count_surfaces(row);
+                work.background += static_cast<std::uint64_t>(count - surfaces);
+                work.skipped += static_cast<std::uint64_t>(surfaces);
+                for (int i = 0; i < count; ++i) visibility(x + i, y) = Value{1};
+            }
+    };
+    Outcome outcome = run_tasks(pieces(height, band), NoMemory{}, run, scratch, executor);
+    if (!outcome) return outcome;
+    outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    outcome.work.skipped_passes = 1;
+    return outcome;
+}
+
 /// Runs group(values, pixels, row_state) for every active group that holds a surface, where
-/// `row_state = row(y)` is made once per row; values start at 1. Writes them, 1 elsewhere.
+/// `row_state = row(y)` is made once per row and may change from group to group; values start at 1. Writes them, 1 elsewhere.
 /// Everything has been checked.
 template <class Source, class Value, class Row, class Shade, class S, class E>
 Outcome run_surface_pass(SurfaceInput<Source> input, const ImageView<Value>& visibility,
@@ -309,6 +349,7 @@ Outcome run_surface_pass(SurfaceInput<Source> input, const ImageView<Value>& vis
     using Real = typename Source::Distance;
     constexpr int band = 8, size = WorkMap::group, lanes = lanes_of<Real>;
     const int width = visibility.width, height = visibility.height;
+    if (!any_active(input.work_map)) return skip_surface_pass(input, visibility, scratch, executor);
     const auto layout = [&](ScratchLayout& block, std::size_t) {
         return block.take<Real>(input.plane.size());
     };
@@ -331,7 +372,7 @@ Outcome run_surface_pass(SurfaceInput<Source> input, const ImageView<Value>& vis
         alignas(64) Real values[size];
         const int last = (std::min)(task * band + band, height);
         for (int y = task * band; y < last; ++y) {
-            const auto state = row(y);
+            auto state = row(y);
             for (int x = 0; x < width; x += size) {
                 const int count = (std::min)(size, width - x);
                 const bool active = in.work_map.is_active(x, y);

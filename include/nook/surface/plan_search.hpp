@@ -1,0 +1,350 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <nook/lanes.hpp>
+#include <nook/surface/plan_cells.hpp>
+#include <nook/surface/surface_pass.hpp>
+
+/// How a planner proves that no sample of a tile rises above the tangent planes of its pixels.
+///
+/// A sample at Q counts for a pixel at X with normal n when n · (Q − X) exceeds what the kernel
+/// forgives. With h = 1 / distance under perspective, (Q − centre) h = base + h direction, where base is
+/// linear over the screen; so everything below is a maximum of functions that are linear in place and
+/// h, hence convex: over all surfaces of a cell it is largest at a corner of what the cell's bound
+/// leaves for them.
+namespace nook::inline NOOK_TARGET::detail {
+
+/// What a kernel forgives, and how far it looks; lengths are scaled. A sample does not count when its
+/// height is at most bias + constant + per_square (v · v), or is less than `slope` times what it is
+/// away on the screen, v being the vector to it.
+struct PlanRule {
+    ReachRule reach;
+    double step_constant, step_linear, step_quadratic;  ///< of the depth buffer
+    double fixed;                                       ///< β of the caller; negative: automatic
+    /// Of the automatic bias: `rounding` of RiseRule. `unit` is half an ulp of 1 of the kernel's type.
+    double rounding, unit;
+    double per_square = 0, constant = 0;
+    double slope = 0;
+    /// Samples farther from the pixel than the radius do not count.
+    bool cut_off = false;
+};
+
+/// The rule for the pixels of one tile.
+class TileRule {
+public:
+    TileRule(const PlanRule& rule, const PlanAxes& axes, const TangentBound& tile,
+             const PlanRect& rect)
+        : rule_{rule},
+          axes_{axes},
+          tile_{tile},
+          rect_{rect}
+    {
+        const double x0 = axes.x(rect.left), x1 = axes.x(rect.right);
+        const double y0 = axes.y(rect.bottom), y1 = axes.y(rect.top);
+        middle_x_ = (x0 + x1) / 2;
+        middle_y_ = (y0 + y1) / 2;
+        half_x_ = (x1 - x0) / 2;
+        half_y_ = (y1 - y0) / 2;
+        const double size_x = (std::max)(std::fabs(x0), std::fabs(x1));
+        const double size_y = (std::max)(std::fabs(y0), std::fabs(y1));
+        // The length of rays at unit distance.
+        const double ray = axes.orthographic ? 1 : std::sqrt(1 + size_x * size_x + size_y * size_y);
+        const double reach =
+            (std::min)(axes.orthographic ? rule.reach.radius : rule.reach.radius / tile.nearest,
+                       rule.reach.largest);
+        // Offsets are rounded, and a pixel long at least.
+        reach_x_ = reach * rule.reach.fx * (1 + 0x1p-16) + 2;
+        reach_y_ = reach * rule.reach.fy * (1 + 0x1p-16) + 2;
+        set_bias(ray);
+        const double plane = (std::max)(tile.plane, 0.0);
+        // The cosine between the normal and the direction to the viewer.
+        const double facing = axes.orthographic ? least_facing() : plane / (ray * tile.farthest);
+        slope_ = rule.slope * facing / ray;
+    }
+    [[nodiscard]] const PlanRect& rect() const { return rect_; }
+
+    /// Whether pixels of the tile look at a cell.
+    [[nodiscard]] bool looks_at(const PlanRect& cell, const NearBound& bound) const
+    {
+        if (bound.empty()) return false;
+        const double dx =
+            (std::max)(apart(rect_.left, rect_.right, cell.left, cell.right), 0) / reach_x_;
+        const double dy =
+            (std::max)(apart(rect_.top, rect_.bottom, cell.top, cell.bottom), 0) / reach_y_;
+        if (dx * dx + dy * dy > 1) return false;
+        if (!rule_.cut_off) return true;
+        const double farthest = axes_.orthographic ? -bound.least : 1 / bound.least;
+        return tile_.nearest - farthest <= rule_.reach.radius * (1 + 0x1p-10);
+    }
+    /// Pixels between two rectangles, along the axis on which there are more; negative: they touch.
+    [[nodiscard]] int distance(const PlanRect& cell) const
+    {
+        return (std::max)(apart(rect_.left, rect_.right, cell.left, cell.right),
+                          apart(rect_.top, rect_.bottom, cell.top, cell.bottom));
+    }
+    /// The pixels to look at, at most.
+    [[nodiscard]] PlanRect reached(int width, int height) const
+    {
+        const auto back = [](int at, double reach) {
+            return at > reach ? static_cast<int>(at - reach) : 0;
+        };
+        const auto on = [](int at, double reach, int size) {
+            return size - 1 - at > reach ? static_cast<int>(at + reach) : size - 1;
+        };
+        return {back(rect_.left, reach_x_), back(rect_.top, reach_y_),
+                on(rect_.right, reach_x_, width), on(rect_.bottom, reach_y_, height)};
+    }
+    /// True when it is proven that no surface of the cell counts for any pixel of the tile.
+    [[nodiscard]] bool clears(const PlanRect& cell, const NearBound& bound) const
+    {
+        constexpr int vertices = 8;
+        const double x0 = axes_.x(cell.left), x1 = axes_.x(cell.right);
+        const double y0 = axes_.y(cell.top), y1 = axes_.y(cell.bottom);
+        alignas(64) const double x[vertices] = {x0, x1, x0, x1, x0, x1, x0, x1};
+        alignas(64) const double y[vertices] = {y0, y0, y1, y1, y0, y0, y1, y1};
+        const double low = bound.least;
+        alignas(64) const double h[vertices] = {bound.at(x0, y0),
+                                                bound.at(x1, y0),
+                                                bound.at(x0, y1),
+                                                bound.at(x1, y1),
+                                                low,
+                                                low,
+                                                low,
+                                                low};
+        const auto all_below = [&](const Forgiven& forgiven) {
+            for (int i = 0; i < vertices; i += native_lanes) {
+                const Doubles over = excess(load<native_lanes>(x + i), load<native_lanes>(y + i),
+                                            load<native_lanes>(h + i), forgiven);
+                if (any(over > Doubles{})) return false;
+            }
+            return true;
+        };
+        // A linear bound from below helps where it holds well, and harms elsewhere.
+        if (all_below({{0, 0, 0}, 0, 0, 0, 0})) return true;
+        return (slope_ > 0 || rule_.per_square > 0) && all_below(forgiven_for(cell, bound));
+    }
+
+private:
+    using Doubles = Lanes<double, native_lanes>;
+
+    /// Lower bounds of v · v and of what a sample is away on the screen, as linear functions: of the
+    /// scaled vector to it, of the scale, and of the screen.
+    struct Forgiven {
+        double vector[3], scale, x, y, constant;
+    };
+
+    [[nodiscard]] static int apart(int first, int last, int other_first, int other_last)
+    {
+        return (std::max)(other_first - last, first - other_last);
+    }
+    [[nodiscard]] double least_facing() const
+    {
+        return (std::max)(std::fabs(tile_.normal[2]) - tile_.spread, 0.0);
+    }
+    void set_bias(double ray)
+    {
+        // Float arithmetic of the kernels, step by step: 15 half ulps of |ray| |v|.
+        const double error = 15 * ray * rule_.unit;
+        // So that rounding of the bias itself does not matter.
+        constexpr double share = 1 - 0x1p-18;
+        const double nearest = tile_.nearest, plane = (std::max)(tile_.plane, 0.0);
+        const double c = rule_.step_constant, l = rule_.step_linear, k = rule_.step_quadratic;
+        if (rule_.fixed >= 0) {
+            bias_ = share * rule_.fixed * nearest;
+            error_ = error;
+        } else {
+            const double across = axes_.orthographic ? least_facing() : plane / tile_.farthest;
+            if (axes_.orthographic) {
+                bias_ = share * across * (2 * c + nearest * (l + nearest * k));
+                per_distance_ = share * across * (l + nearest * k);
+            } else {
+                bias_ = share * (2 * c * across + plane * (2 * l + nearest * k));
+                per_distance_ = share * plane * k;
+            }
+            // rounding (L + v·v / L) / 2 − error |v| is least at |v| = L error / rounding.
+            const double length =
+                axes_.orthographic ? rule_.reach.radius : (std::min)(rule_.reach.radius, nearest);
+            bias_ += length * (rule_.rounding / 2 - error * error / (2 * rule_.rounding));
+        }
+        bias_ += rule_.per_square * rule_.constant;
+        error_ += tile_.spread;
+    }
+    [[nodiscard]] Forgiven forgiven_for(const PlanRect& cell, const NearBound& bound) const
+    {
+        Forgiven result{{0, 0, 0}, 0, 0, 0, 0};
+        const double x = (axes_.x(cell.left) + axes_.x(cell.right)) / 2;
+        const double y = (axes_.y(cell.top) + axes_.y(cell.bottom)) / 2;
+        const double dx = x - middle_x_, dy = y - middle_y_;
+        if (slope_ > 0) {
+            const double away = std::sqrt(dx * dx + dy * dy);
+            const double ux = away > 0 ? dx / away : 0, uy = away > 0 ? dy / away : 0;
+            const double half_x = (axes_.x(cell.right) - axes_.x(cell.left)) / 2;
+            const double half_y = (axes_.y(cell.top) - axes_.y(cell.bottom)) / 2;
+            const double both =
+                std::fabs(ux) * (half_x_ + half_x) + std::fabs(uy) * (half_y_ + half_y);
+            if (away > both) {
+                result.x = slope_ * ux;
+                result.y = slope_ * uy;
+                result.constant = -slope_ * (ux * middle_x_ + uy * middle_y_ +
+                                             std::fabs(ux) * half_x_ + std::fabs(uy) * half_y_);
+            }
+        }
+        if (rule_.per_square > 0 && distance(cell) > 0) {
+            // v · v ≥ 2 m · v − m · m for any m: that of the middle of the cell.
+            const double h = (std::max)(bound.at(x, y), bound.least);
+            const double scale = axes_.orthographic ? 1 : h;
+            double middle[3], square = 0, spread = 0;
+            for (int k = 0; k < 3; ++k) {
+                const double base = k == 0 ? base_x(x) : k == 1 ? base_y(y) : base_z();
+                middle[k] = (base + h * direction(k)) / scale;
+                square += middle[k] * middle[k];
+                spread += std::fabs(middle[k]) * extent(k);
+            }
+            for (int k = 0; k < 3; ++k) result.vector[k] = 2 * rule_.per_square * middle[k];
+            result.scale = -rule_.per_square * (square + 2 * spread);
+        }
+        return result;
+    }
+    /// How far pixels of the tile lie from its centre along an axis.
+    [[nodiscard]] double extent(int k) const
+    {
+        const double depth = tile_.farthest - tile_.nearest;
+        if (k == 2) return depth;
+        const double half = k == 0 ? half_x_ : half_y_, middle = k == 0 ? middle_x_ : middle_y_;
+        if (axes_.orthographic) return 2 * half;
+        return 2 * half * tile_.farthest + (std::fabs(middle) + half) * depth;
+    }
+    [[nodiscard]] double direction(int k) const
+    {
+        if (!axes_.orthographic) return -tile_.centre[k];
+        return k == 2 ? 1 : 0;
+    }
+    [[nodiscard]] double base_z() const { return axes_.orthographic ? -tile_.centre[2] : -1; }
+    template <class L>
+    [[nodiscard]] L base_x(const L& x) const
+    {
+        return axes_.orthographic ? L(x - tile_.centre[0]) : x;
+    }
+    template <class L>
+    [[nodiscard]] L base_y(const L& y) const
+    {
+        return axes_.orthographic ? L(y - tile_.centre[1]) : y;
+    }
+    /// How high surfaces at (x, y, h) may stand above what is forgiven, scaled.
+    [[nodiscard]] Doubles excess(const Doubles& x, const Doubles& y, const Doubles& h,
+                                 const Forgiven& forgiven) const
+    {
+        const Doubles v[3] = {base_x(x) + h * direction(0), base_y(y) + h * direction(1),
+                              h * direction(2) + base_z()};
+        const double still = tile_.rise - bias_ - forgiven.scale;
+        Doubles over = axes_.orthographic ? Doubles(h * per_distance_ + still)
+                                          : Doubles(h * still - per_distance_);
+        for (int k = 0; k < 3; ++k) {
+            over = over + v[k] * (tile_.normal[k] - forgiven.vector[k]);
+            if (error_ > 0) over = over + larger(v[k], Doubles(-v[k])) * error_;
+        }
+        return over - (x * forgiven.x + y * forgiven.y + forgiven.constant);
+    }
+
+    const PlanRule& rule_;
+    const PlanAxes& axes_;
+    const TangentBound& tile_;
+    PlanRect rect_;
+    double middle_x_, middle_y_, half_x_, half_y_;
+    double reach_x_, reach_y_;
+    double bias_ = 0, per_distance_ = 0, error_ = 0, slope_ = 0;
+};
+
+/// Cells that a tile has to look at.
+struct PlanCandidates {
+    struct Cell {
+        int level, column, row;
+    };
+    static constexpr int most = 128;
+
+    int count = 0;
+    Cell cells[most];
+
+    void add(const Cell& cell) { cells[count++] = cell; }
+    [[nodiscard]] bool has_room(int more) const { return count + more <= most; }
+};
+
+/// Decides which tiles of a pyramid are worth work.
+class PlanSearch {
+public:
+    PlanSearch(const PlanRule& rule, const PlanAxes& axes, const PlanPyramid& pyramid)
+        : rule_{rule},
+          axes_{axes},
+          pyramid_{pyramid}
+    {}
+    /// Calls write(rect, active) for rectangles that make up a tile.
+    template <class Write>
+    void plan(int level, int column, int row, const Write& write) const
+    {
+        const PlanGrid& grid = pyramid_.grid;
+        const TangentBound& tile = pyramid_.tiles[grid.index(level, column, row)];
+        const PlanRect rect = grid.rect(level, column, row);
+        if (tile.kind == TangentBound::Kind::nothing) {
+            write(rect, false);
+            return;
+        }
+        const bool open = tile.kind == TangentBound::Kind::flat &&
+                          clears_all(level, column, row, TileRule{rule_, axes_, tile, rect});
+        if (open || level == 0) {
+            write(rect, !open);
+            return;
+        }
+        grid.for_each_child(level, column, row,
+                            [&](int i, int j) { plan(level - 1, i, j, write); });
+    }
+
+private:
+    /// Whether nothing within reach counts for any pixel of the tile.
+    [[nodiscard]] bool clears_all(int level, int column, int row, const TileRule& rule) const
+    {
+        const PlanGrid& grid = pyramid_.grid;
+        // What a tile does to itself decides most cases.
+        if (!clears({level, column, row}, rule)) return false;
+        const PlanRect reached = rule.reached(grid.width, grid.height);
+        // Cells so large that few of them matter.
+        int cells = level;
+        const auto cell_range = [&](int at) {
+            return PlanRect{reached.left / PlanGrid::side(at), reached.top / PlanGrid::side(at),
+                            reached.right / PlanGrid::side(at),
+                            reached.bottom / PlanGrid::side(at)};
+        };
+        PlanRect range = cell_range(cells);
+        while ((range.right - range.left > 4 || range.bottom - range.top > 4) &&
+               cells + 1 < grid.levels)
+            range = cell_range(++cells);
+        PlanCandidates waiting;
+        for (int j = range.top; j <= range.bottom; ++j)
+            for (int i = range.left; i <= range.right; ++i) waiting.add({cells, i, j});
+        while (waiting.count > 0) {
+            const PlanCandidates::Cell cell = waiting.cells[--waiting.count];
+            if (clears(cell, rule)) continue;
+            // Cells smaller than the tile tell little more.
+            if (cell.level <= level || !waiting.has_room(4)) return false;
+            grid.for_each_child(cell.level, cell.column, cell.row, [&](int i, int j) {
+                waiting.add({cell.level - 1, i, j});
+            });
+        }
+        return true;
+    }
+    [[nodiscard]] bool clears(const PlanCandidates::Cell& cell, const TileRule& rule) const
+    {
+        const PlanGrid& grid = pyramid_.grid;
+        const NearBound& bound = pyramid_.cells[grid.index(cell.level, cell.column, cell.row)];
+        const PlanRect rect = grid.rect(cell.level, cell.column, cell.row);
+        return !rule.looks_at(rect, bound) || rule.clears(rect, bound);
+    }
+
+    const PlanRule& rule_;
+    const PlanAxes& axes_;
+    const PlanPyramid& pyramid_;
+};
+
+}  // namespace nook::inline NOOK_TARGET::detail
