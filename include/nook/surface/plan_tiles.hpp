@@ -48,7 +48,8 @@ public:
     [[nodiscard]] double spread() const { return spread_; }
 
     /// False when a pixel of a group has another normal than by rounding.
-    [[nodiscard]] bool follows(const NormalSource& normals, int x, int y, int count)
+    [[nodiscard]] NOOK_INLINE bool follows(const NormalSource& normals, int x, int y, int count,
+                                           bool is_last)
     {
         const float* const in = &normals.image.x(x, y);
         using Vector = Lanes<float, lanes>;
@@ -61,6 +62,8 @@ public:
         };
         if (side_by_side_ && count == WorkMap::group && &normals.image.y(x, y) == in + 1 &&
             &normals.image.z(x, y) == in + 2) {
+            const float* const next = is_last ? in : in + normals.image.x.row_stride;
+            for (int i = 0; i < 3 * WorkMap::group; i += 16) prefetch(next + i);
             for (int i = 0; i < 3 * WorkMap::group; i += 3 * lanes)
                 for (int k = 0; k < 3; ++k)
                     compare(load<lanes>(in + i + k * lanes), load<lanes>(pattern_ + k * lanes));
@@ -118,19 +121,36 @@ public:
     }
     /// Adds the groups' row y. Returns its number of surfaces.
     template <class Source>
-    int add(const Source& source, const NormalSource& normals, const PlanAxes& axes, double scale,
+    int add(const Source& source, const NormalSource& normals, const PlanAxes& axes, Real scale,
             int y)
     {
         alignas(64) Real row[side];
-        for (int i = columns_; i < side; ++i) row[i] = 0;
-        int surfaces = 0;
-        if (read_row<lanes>(source, rect_.left, columns_, y, row) != Background::all) {
-            DepthPlane<Real>::scale(row, side, static_cast<Real>(scale));
-            surfaces = count_surfaces(row);
+        read(source, y, row);
+        const Vector zero{};
+        bool whole = true, any_surface = false;
+        for (int i = 0; i < side; i += lanes) {
+            Vector distance = load<lanes>(row + i) * scale;
+            distance = distance < DepthPlane<Real>::farthest ? distance : zero;
+            const auto surface = distance > zero;
+            whole = whole && !any(distance == zero);
+            any_surface = any_surface || any(surface);
+            store(row + i, distance);
         }
+        if (whole) {
+            sum_ += side;
+            flat_ = flat_ && same_.follows(normals, rect_.left, y, columns_, y == rect_.bottom);
+            all_.template add<true>(row, axes.y(y), axes.orthographic);
+            return side;
+        }
+        if (!any_surface) {
+            flat_ = false;
+            return 0;
+        }
+        const int surfaces = count_surfaces(row);
         sum_ += surfaces;
-        flat_ = flat_ && surfaces == columns_ && same_.follows(normals, rect_.left, y, columns_);
-        if (surfaces > 0) all_.add(row, axes.y(y), axes.orthographic);
+        flat_ = flat_ && surfaces == columns_ &&
+                same_.follows(normals, rect_.left, y, columns_, y == rect_.bottom);
+        all_.template add<false>(row, axes.y(y), axes.orthographic);
         return surfaces;
     }
     [[nodiscard]] std::uint64_t background() const
@@ -174,8 +194,9 @@ private:
         void start(const SameNormal<Real>& same, const PlanAxes& axes, int left)
         {
             const Doubles zero{}, beyond = zero + 0x1p300;
-            near_lanes = low = beyond;
-            far_lanes = zero;
+            near_lanes = Vector{} + Real{0x1p60};
+            far_lanes = Vector{};
+            low = beyond;
             high = zero - beyond;
             const double* const n = same.normal();
             nx = n[0];
@@ -183,37 +204,62 @@ private:
             nz = n[2];
             for (int i = 0; i < side; ++i) across[i] = nx * axes.x(left + i);
         }
+        template <bool whole>
         void add(const Real* row, double y, bool orthographic)
         {
-            const Doubles zero{}, beyond = zero + 0x1p300;
+            const Vector beyond_lanes = Vector{} + Real{0x1p60};
+            for (int i = 0; i < side; i += lanes) {
+                const Vector q = load<lanes>(row + i);
+                near_lanes =
+                    smaller(near_lanes, whole ? q : Vector(q > Real{0} ? q : beyond_lanes));
+                far_lanes = larger(far_lanes, q);
+            }
+            const Doubles zero{}, beyond = zero + 0x1p300, below = zero - 0x1p300;
             const double up = ny * y;
+            Doubles least = low, most = high;
             for (int i = 0; i < side; i += native_lanes) {
                 const Doubles q = convert<double>(load<native_lanes>(row + i));
-                const auto surface = q > zero;
                 const Doubles level = load<native_lanes>(across + i) + up;
                 const Doubles plane =
                     orthographic ? Doubles(q * nz - level) : Doubles(q * (nz - level));
-                near_lanes = smaller(near_lanes, Doubles(surface ? q : beyond));
-                far_lanes = larger(far_lanes, q);
-                low = smaller(low, Doubles(surface ? plane : beyond));
-                high = larger(high, Doubles(surface ? plane : Doubles(zero - beyond)));
+                const auto surface = q > zero;
+                least = smaller(least, whole ? plane : Doubles(surface ? plane : beyond));
+                most = larger(most, whole ? plane : Doubles(surface ? plane : below));
             }
+            low = least;
+            high = most;
         }
         void finish()
         {
             const auto less = [](const auto& a, const auto& b) { return smaller(a, b); };
             const auto more = [](const auto& a, const auto& b) { return larger(a, b); };
-            nearest = fold(near_lanes, less);
-            farthest = fold(far_lanes, more);
+            nearest = double{fold(near_lanes, less)};
+            farthest = double{fold(far_lanes, more)};
             low_plane = fold(low, less);
             high_plane = fold(high, more);
         }
 
         double nx, ny, nz;
         alignas(64) double across[side];
-        Doubles near_lanes, far_lanes, low, high;
+        Vector near_lanes, far_lanes;
+        Doubles low, high;
     };
 
+    /// The distances of a row; 0 for background and beyond the image.
+    template <class Source>
+    NOOK_INLINE void read(const Source& source, int y, Real* row) const
+    {
+        if constexpr (std::is_same_v<decltype(source.decode), IdentityDecode>)
+            if (source.image.pixel_stride == 1 && columns_ == side) {
+                const Real* const in = &source.image(rect_.left, y);
+                prefetch(y < rect_.bottom ? in + source.image.row_stride : in);
+                for (int i = 0; i < side; i += lanes)
+                    store(row + i, surfaces(load<lanes>(in + i), source.far_limit));
+                return;
+            }
+        for (int i = columns_; i < side; ++i) row[i] = 0;
+        static_cast<void>(read_row<lanes>(source, rect_.left, columns_, y, row));
+    }
     [[nodiscard]] static int count_surfaces(const Real* row)
     {
         const Vector zero{}, one = zero + Real{1};

@@ -219,8 +219,8 @@ Outcome plan_surface(const Depth& depth, const NormalSource& normals,
                 tiles[i].start(source, normals, axes, scale, grid.rect(0, first + i, row));
             for (int y = band.top; y <= band.bottom; ++y)
                 for (int i = 0; i < count; ++i)
-                    active(first + i, y) =
-                        static_cast<std::uint8_t>(tiles[i].add(source, normals, axes, scale, y));
+                    active(first + i, y) = static_cast<std::uint8_t>(
+                        tiles[i].add(source, normals, axes, static_cast<Real>(scale), y));
             for (int i = 0; i < count; ++i) {
                 const std::size_t at = grid.index(0, first + i, row);
                 tiles[i].finish(axes, pyramid.cells[at], pyramid.tiles[at]);
