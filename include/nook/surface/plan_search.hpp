@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include <nook/lanes.hpp>
 #include <nook/surface/plan_cells.hpp>
 #include <nook/surface/surface_pass.hpp>
 
@@ -12,9 +11,8 @@
 ///
 /// A sample at Q counts for a pixel at X with normal n when n · (Q − X) exceeds what the kernel
 /// forgives. With h = 1 / distance under perspective, (Q − centre) h = base + h direction, where base is
-/// linear over the screen; so everything below is a maximum of functions that are linear in place and
-/// h, hence convex: over all surfaces of a cell it is largest at a corner of what the cell's bound
-/// leaves for them.
+/// linear over the screen. So the height, scaled, is linear in place and in h, and largest where h is:
+/// on the plane that bounds the cell, in one of its corners.
 namespace nook::inline NOOK_TARGET::detail {
 
 /// What a kernel forgives, and how far it looks; lengths are scaled. A sample does not count when its
@@ -100,36 +98,13 @@ public:
     /// True when it is proven that no surface of the cell counts for any pixel of the tile.
     [[nodiscard]] bool clears(const PlanRect& cell, const NearBound& bound) const
     {
-        constexpr int vertices = 8;
-        const double x0 = axes_.x(cell.left), x1 = axes_.x(cell.right);
-        const double y0 = axes_.y(cell.top), y1 = axes_.y(cell.bottom);
-        alignas(64) const double x[vertices] = {x0, x1, x0, x1, x0, x1, x0, x1};
-        alignas(64) const double y[vertices] = {y0, y0, y1, y1, y0, y0, y1, y1};
-        const double low = bound.least;
-        alignas(64) const double h[vertices] = {bound.at(x0, y0),
-                                                bound.at(x1, y0),
-                                                bound.at(x0, y1),
-                                                bound.at(x1, y1),
-                                                low,
-                                                low,
-                                                low,
-                                                low};
-        const auto all_below = [&](const Forgiven& forgiven) {
-            for (int i = 0; i < vertices; i += native_lanes) {
-                const Doubles over = excess(load<native_lanes>(x + i), load<native_lanes>(y + i),
-                                            load<native_lanes>(h + i), forgiven);
-                if (any(over > Doubles{})) return false;
-            }
-            return true;
-        };
         // A linear bound from below helps where it holds well, and harms elsewhere.
-        if (all_below({{0, 0, 0}, 0, 0, 0, 0})) return true;
-        return (slope_ > 0 || rule_.per_square > 0) && all_below(forgiven_for(cell, bound));
+        if (is_below(cell, bound, {{0, 0, 0}, 0, 0, 0, 0})) return true;
+        return (slope_ > 0 || rule_.per_square > 0) &&
+               is_below(cell, bound, forgiven_for(cell, bound));
     }
 
 private:
-    using Doubles = Lanes<double, native_lanes>;
-
     /// Lower bounds of v · v and of what a sample is away on the screen, as linear functions: of the
     /// scaled vector to it, of the scale, and of the screen.
     struct Forgiven {
@@ -223,30 +198,45 @@ private:
         return k == 2 ? 1 : 0;
     }
     [[nodiscard]] double base_z() const { return axes_.orthographic ? -tile_.centre[2] : -1; }
-    template <class L>
-    [[nodiscard]] L base_x(const L& x) const
+    [[nodiscard]] double base_x(double x) const
     {
-        return axes_.orthographic ? L(x - tile_.centre[0]) : x;
+        return axes_.orthographic ? x - tile_.centre[0] : x;
     }
-    template <class L>
-    [[nodiscard]] L base_y(const L& y) const
+    [[nodiscard]] double base_y(double y) const
     {
-        return axes_.orthographic ? L(y - tile_.centre[1]) : y;
+        return axes_.orthographic ? y - tile_.centre[1] : y;
     }
-    /// How high surfaces at (x, y, h) may stand above what is forgiven, scaled.
-    [[nodiscard]] Doubles excess(const Doubles& x, const Doubles& y, const Doubles& h,
-                                 const Forgiven& forgiven) const
+    /// Whether all that a cell may hold stays below what is forgiven.
+    [[nodiscard]] bool is_below(const PlanRect& cell, const NearBound& bound,
+                                const Forgiven& forgiven) const
     {
-        const Doubles v[3] = {base_x(x) + h * direction(0), base_y(y) + h * direction(1),
-                              h * direction(2) + base_z()};
+        const double x0 = axes_.x(cell.left), x1 = axes_.x(cell.right);
+        const double y0 = axes_.y(cell.bottom), y1 = axes_.y(cell.top);
+        const double x = (x0 + x1) / 2, half_x = (x1 - x0) / 2;
+        const double y = (y0 + y1) / 2, half_y = (y1 - y0) / 2;
+        const double h = bound.at(x, y);
+        // How high above what is forgiven, scaled: in the middle of the cell, and by h, x and y.
         const double still = tile_.rise - bias_ - forgiven.scale;
-        Doubles over = axes_.orthographic ? Doubles(h * per_distance_ + still)
-                                          : Doubles(h * still - per_distance_);
+        double by_h = axes_.orthographic ? per_distance_ : still;
+        double over = by_h * h + (axes_.orthographic ? still : -per_distance_) -
+                      (x * forgiven.x + y * forgiven.y + forgiven.constant);
+        double by_x = -forgiven.x, by_y = -forgiven.y, error = 0;
         for (int k = 0; k < 3; ++k) {
-            over = over + v[k] * (tile_.normal[k] - forgiven.vector[k]);
-            if (error_ > 0) over = over + larger(v[k], Doubles(-v[k])) * error_;
+            const double own = direction(k), weight = tile_.normal[k] - forgiven.vector[k];
+            const double v = (k == 0 ? base_x(x) : k == 1 ? base_y(y) : base_z()) + h * own;
+            const double v_by_x = (k == 0 ? 1 : 0) + bound.a * own;
+            const double v_by_y = (k == 1 ? 1 : 0) + bound.b * own;
+            over += weight * v;
+            by_h += weight * own;
+            by_x += k == 0 ? weight : 0;
+            by_y += k == 1 ? weight : 0;
+            error += std::fabs(v) + std::fabs(v_by_x) * half_x + std::fabs(v_by_y) * half_y;
         }
-        return over - (x * forgiven.x + y * forgiven.y + forgiven.constant);
+        // What is nearer must stand higher, or the bound says nothing.
+        if (!(by_h >= 0)) return false;
+        by_x += by_h * bound.a;
+        by_y += by_h * bound.b;
+        return over + std::fabs(by_x) * half_x + std::fabs(by_y) * half_y + error_ * error <= 0;
     }
 
     const PlanRule& rule_;
