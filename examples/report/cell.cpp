@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <vector>
 
+#include "../support/failure.hpp"
 #include "../support/files.hpp"
 #include "document.hpp"
 #include "errors.hpp"
 #include "pictures.hpp"
+#include "plans.hpp"
 #include "reference.hpp"
 #include "runs.hpp"
 #include "view.hpp"
@@ -19,21 +22,31 @@ namespace {
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json json_of(const Timing& timing)
+Json json_of(const Timing& timing, const std::optional<Plan>& plan)
 {
-    Json passes = Json::array();
-    for (const Timing::Pass& pass : timing.passes)
+    Json passes = Json::array(), planning;
+    for (const Timing::Pass& pass : timing.passes) {
         passes.push_back({{"name", pass.name}, {"median", pass.median}});
-    return {{"threads", timing.threads}, {"rounds", timing.rounds}, {"median", timing.median},
-            {"min", timing.fastest},     {"p90", timing.p90},       {"passes", passes}};
+        if (plan && pass.name == plan->pass) planning = pass.median;
+    }
+    return {
+        {"threads", timing.threads}, {"rounds", timing.rounds},
+        {"median", timing.median},   {"min", timing.fastest},
+        {"p90", timing.p90},         {"passes", passes},
+        {"plan", planning},          {"ratio", timing.ratio ? Json(*timing.ratio) : Json(nullptr)}};
 }
 
 Json json_of(const nook::Work& work)
 {
-    return {{"pixels", work.pixels},   {"background", work.background},
-            {"skipped", work.skipped}, {"samples", work.samples},
-            {"rays", work.rays},       {"skipped_rays", work.skipped_rays},
-            {"passes", work.passes}};
+    return {{"pixels", work.pixels},
+            {"background", work.background},
+            {"skipped", work.skipped},
+            {"samples", work.samples},
+            {"skipped_samples", work.skipped_samples},
+            {"rays", work.rays},
+            {"skipped_rays", work.skipped_rays},
+            {"passes", work.passes},
+            {"skipped_passes", work.skipped_passes}};
 }
 
 Json json_of(const Traced& traced)
@@ -70,7 +83,8 @@ Json json_of(const Run& run)
     result["slow"] = kernel.slow;
     result["default"] = kernel.is_default;
     result["timings"] = Json::array();
-    for (const Timing& timing : run.timings) result["timings"].push_back(json_of(timing));
+    for (const Timing& timing : run.timings)
+        result["timings"].push_back(json_of(timing, kernel.plan));
     result["preparation"] = kernel.preparation;
     result["memory"] = kernel.memory ? kernel.memory() : 0;
     result["structures"] = kernel.structures;
@@ -78,6 +92,50 @@ Json json_of(const Run& run)
     result["without"] = kernel.without.empty() ? Json(nullptr) : Json(kernel.without);
     result["pareto"] = Json::array();
     return result;
+}
+
+/// What a plan is and what it said; null without one. `pictures` have the names of those that are drawn.
+Json plan_of(const View& view, const Run& run, const std::vector<PlanPicture>& pictures)
+{
+    if (!run.kernel.plan) return nullptr;
+    const Plan& plan = *run.kernel.plan;
+    const PlanCounts counts = counts_of(view, plan.map());
+    Json picture;
+    for (const PlanPicture& drawn : pictures)
+        if (drawn.run == &run) picture = drawn.name;
+    return {{"kind", plan.kind},
+            {"tolerance", plan.tolerance ? Json(*plan.tolerance) : Json(nullptr)},
+            {"background_groups", counts.background},
+            {"inactive_groups", counts.inactive},
+            {"active_groups", counts.active},
+            {"picture", picture}};
+}
+
+/// Adds the errors of a run, and what leaving out did to its picture. A plan that changed nothing has
+/// the errors of the kernel without it; `before` are the results of the runs before this one.
+void add_errors(const View& view, const std::vector<Run>& runs, const Run& run,
+                const Traced& reference, const HeightField* field, nook::ThreadExecutor& threads,
+                const Json& before, Json& result)
+{
+    const Run* const without = without_of(run, runs);
+    Json added;
+    if (without != nullptr) added = added_error_of(view, run, *without);
+    const auto twin = without == nullptr
+                          ? before.end()
+                          : std::find_if(before.begin(), before.end(), [&](const Json& other) {
+                                return other["id"] == run.kernel.without;
+                            });
+    if (run.kernel.plan && twin != before.end() && added["changed"] == 0) {
+        for (const char* term : {"error", "height_field_error"}) result[term] = (*twin)[term];
+        // Those of the slow form, which is that of an exact plan too.
+        for (const char* term : {"estimator_error", "own_error"})
+            result[term] = run.kernel.plan->is_exact() ? (*twin)[term] : Json();
+    } else {
+        report::add_errors(view, run, reference, field, threads, result);
+    }
+    if (twin != before.end())
+        added["rmse_change"] = double{result["error"]["rmse"]} - double{(*twin)["error"]["rmse"]};
+    result["added_error"] = std::move(added);
 }
 
 /// How fast the error of rays falls with their number: the slope of a line through the logarithms.
@@ -160,16 +218,24 @@ Json measure(const Cell& cell, const Options& options, Structures& structures,
         run_kernels(view, std::move(kernels), threads, options.quick ? 0.1 : 0.3, progress);
 
     Json results = Json::array();
-    for (std::size_t i = 0; i < runs.size(); ++i) {
+    const std::vector<PlanPicture> plans = plan_pictures(runs);
+    for (const Run& run : runs) {
         progress.step("measuring the errors");
-        Json result = json_of(runs[i]);
-        add_errors(view, runs[i], *reference_of(runs[i].kernel.meaning), field, threads, result);
+        Json result = json_of(run);
+        result["plan"] = plan_of(view, run, plans);
+        try {
+            add_errors(view, runs, run, *reference_of(run.kernel.meaning), field, threads, results,
+                       result);
+        } catch (const support::Failure& failure) {
+            throw support::Failure{cell.id + ": " + failure.what()};
+        }
         results.push_back(std::move(result));
     }
 
     progress.step("writing the pictures");
     support::prepare_folder(folder);
     write_pictures(folder, scene, view, references, field, runs, cell.principal);
+    write_plans(folder, scene, view, plans, cell.principal);
     if (cell.subject->figures && cell.principal) write_figures(folder, view, cell.radius, threads);
 
     Json json;

@@ -130,7 +130,8 @@ private:
 struct Result {
     Member meaning;
     double rmse, fitted_rmse;
-    std::map<int, double> times;  ///< milliseconds by number of threads
+    std::optional<double> added_rmse;  ///< by what was left out
+    std::map<int, double> times;       ///< milliseconds by number of threads
 };
 
 struct Cell {
@@ -150,8 +151,10 @@ struct Contents {
 Result result_of(const Member& member)
 {
     const Member error = member["error"];
-    Result result{member["meaning"], error["rmse"].amount(), error["fitted_rmse"].amount(), {}};
+    Result result{member["meaning"], error["rmse"].amount(), error["fitted_rmse"].amount(), {}, {}};
     (void)result.meaning.text();
+    if (const Member added = member["added_error"]; !added.is_null())
+        result.added_rmse = added["rmse"].amount();
     for (const Member& timing : member["timings"].elements()) {
         const Member threads = timing["threads"];
         if (threads.count() < 1) threads.fail("is not a number of threads");
@@ -254,6 +257,8 @@ void compare_errors(const Pair& pair, double tolerance, Comparison& comparison)
     };
     judge("RMSE", pair.before->rmse, pair.now->rmse);
     judge("fitted RMSE", pair.before->fitted_rmse, pair.now->fitted_rmse);
+    if (pair.before->added_rmse && pair.now->added_rmse)
+        judge("added RMSE", *pair.before->added_rmse, *pair.now->added_rmse);
 }
 
 void compare_times(const std::vector<Pair>& pairs, const Tolerances& tolerances,

@@ -9,8 +9,8 @@ namespace report {
 
 namespace {
 
-/// Whose member a column holds.
-enum class Source { report, cell, reference, kernel, slope, result, timing, sources };
+/// Whose member a column holds; `twin`: the timing of the result without, with as many threads.
+enum class Source { report, cell, reference, kernel, slope, result, timing, twin, sources };
 
 struct Column {
     std::string name;
@@ -20,8 +20,12 @@ struct Column {
 
 constexpr const char* difference_members[] = {"rmse", "mae", "bias", "p99", "max", "pixels"};
 constexpr const char* fit_members[] = {"ssim", "fitted_rmse", "rank_correlation"};
-constexpr const char* work_members[] = {"pixels", "background",   "skipped", "samples",
-                                        "rays",   "skipped_rays", "passes"};
+constexpr const char* work_members[] = {
+    "pixels",       "background", "skipped",         "samples",       "rays",
+    "skipped_rays", "passes",     "skipped_samples", "skipped_passes"};
+
+constexpr const char* plan_members[] = {"kind", "tolerance", "background_groups", "inactive_groups",
+                                        "active_groups"};
 
 /// In the order of the file. Programs read columns by name: new ones go to the end of their group.
 std::vector<Column> columns()
@@ -59,6 +63,9 @@ std::vector<Column> columns()
     add("p90_ms", Source::timing, "/p90");
     add("passes_ms", Source::timing, "/passes");
     add("pareto", Source::timing, "/pareto");
+    add("plan_ms", Source::timing, "/plan");
+    add("without_ms", Source::twin, "/median");
+    add("time_ratio", Source::timing, "/ratio");
     add("preparation_ms", Source::result, "/preparation");
     add("memory_bytes", Source::result, "/memory");
     add("structures_bytes", Source::result, "/structures");
@@ -71,6 +78,11 @@ std::vector<Column> columns()
     add_differences("own_error", Source::result, "/own_error");
     for (const char* const part : work_members)
         add(std::string{"work_"} + part, Source::result, std::string{"/work"} + '/' + part);
+    add_differences("added_error", Source::result, "/added_error");
+    add("added_error_changed", Source::result, "/added_error/changed");
+    add("added_error_rmse_change", Source::result, "/added_error/rmse_change");
+    for (const char* const part : plan_members)
+        add(std::string{"plan_"} + part, Source::result, std::string{"/plan/"} + part);
     add("slope", Source::slope, "/slope");
 
     add("reference_directions", Source::reference, "/directions");
@@ -149,13 +161,20 @@ std::string csv_of(const Json& report)
                 find(report.at("kernels"), "name", result.at("kernel")),
                 find(cell.at("slopes"), "kernel", result.at("kernel")),
                 &result,
+                nullptr,
                 nullptr};
+            const Json* const twin = result.at("without").is_null()
+                                         ? nullptr
+                                         : find(cell.at("results"), "id", result.at("without"));
             const Json& front = result.at("pareto");
             for (Json timing : result.at("timings")) {
                 // Of a line it is whether it is on the front.
                 timing["pareto"] =
                     std::find(front.begin(), front.end(), timing.at("threads")) != front.end();
                 from[std::size_t(Source::timing)] = &timing;
+                from[std::size_t(Source::twin)] =
+                    twin == nullptr ? nullptr
+                                    : find(twin->at("timings"), "threads", timing.at("threads"));
                 for (std::size_t i = 0; i < list.size(); ++i) {
                     if (i > 0) csv += ',';
                     csv += field(from[std::size_t(list[i].source)], list[i].member);

@@ -26,6 +26,12 @@ constexpr const char* secondary =
 constexpr const char* viewpoints =
     "González, Sbert & Feixas, An Information-Theoretic Ambient Occlusion, 2008";
 
+constexpr const char* zhukov =
+    "S. Zhukov, A. Iones & G. Kronin, An Ambient Light Illumination Model, 1998";
+constexpr const char* zhukov_step =
+    "S. Zhukov, A. Iones & G. Kronin, An Ambient Light Illumination Model, 1998, with a step for "
+    "its falloff";
+
 constexpr const char* bound =
     "Cantelli's upper bound on the share of a window that lies at or behind the pixel";
 constexpr const char* dimmed_bound =
@@ -37,6 +43,13 @@ constexpr const char* slices =
 constexpr const char* thick_slices =
     "cosine-weighted visibility within the radius of a depth buffer whose surfaces are half the "
     "radius thick";
+
+constexpr const char* share = "cosine-weighted visibility within the radius";
+constexpr const char* share_secondary =
+    "cosine-weighted visibility in which an open ray counts less where secondary rays are closed";
+constexpr const char* faded = "cosine-weighted obscurance, exponential falloff";
+constexpr const char* faded_secondary =
+    "cosine-weighted obscurance in which an open ray counts less where secondary rays are closed";
 
 constexpr KernelInfo infos[] = {
     {"chebyshev-window", "depth", "Chebyshev AO, the same window for all pixels", chan, "depth",
@@ -63,19 +76,40 @@ constexpr KernelInfo infos[] = {
      "The Alchemy algorithm (McGuire et al. 2011), with J. Kopf et al., Joint Bilateral "
      "Upsampling, 2007",
      "depth, normals", obscurance, false},
+    {"alchemy-planned", "surface", "Alchemy AO, where something may rise above the surface",
+     alchemy, "depth, normals", obscurance, false},
+    {"alchemy-tolerant", "surface",
+     "Alchemy AO, where what rises may darken a pixel by more than a tolerance", alchemy,
+     "depth, normals", obscurance, false},
     {"scalable", "surface", "Scalable ambient obscurance: as Alchemy, weight 0 from the radius on",
      scalable, "depth, normals", obscurance, false},
     {"scalable-blurred", "surface",
      "Scalable ambient obscurance, then a blur that keeps to surfaces", scalable, "depth, normals",
      obscurance, false},
+    {"scalable-planned", "surface",
+     "Scalable ambient obscurance, where something may rise above the surface", scalable,
+     "depth, normals", obscurance, false},
+    {"scalable-tolerant", "surface",
+     "Scalable ambient obscurance, where what rises may darken a pixel by more than a tolerance",
+     scalable, "depth, normals", obscurance, false},
     {"horizon", "surface", "GTAO: the highest samples on both sides of slices through the pixel",
      gtao, "depth, normals", slices, true},
     {"horizon-blurred", "surface", "GTAO, then a blur that keeps to surfaces", gtao,
      "depth, normals", slices, true},
+    {"horizon-planned", "surface", "GTAO, where something may rise above the surface", gtao,
+     "depth, normals", slices, true},
+    {"horizon-tolerant", "surface",
+     "GTAO, where what rises may darken a pixel by more than a tolerance", gtao, "depth, normals",
+     slices, true},
     {"bitmask", "surface", "Visibility bitmask: slices whose samples have a thickness", bitmask,
      "depth, normals", thick_slices, true},
     {"bitmask-blurred", "surface", "Visibility bitmask, then a blur that keeps to surfaces",
      bitmask, "depth, normals", thick_slices, true},
+    {"bitmask-planned", "surface", "Visibility bitmask, where something may rise above the surface",
+     bitmask, "depth, normals", thick_slices, true},
+    {"bitmask-tolerant", "surface",
+     "Visibility bitmask, where what rises may darken a pixel by more than a tolerance", bitmask,
+     "depth, normals", thick_slices, true},
 
     {"masked", "outline", "Alchemy AO where the outlines of objects overlap, 1 elsewhere", outlines,
      "depth, normals, triangles", "obscurance as alchemy; 1 where only one object is near", false},
@@ -83,24 +117,22 @@ constexpr KernelInfo infos[] = {
      "depth, triangles", "how much of the screen around the pixel lies near another object", false},
 
     {"traced", "traced", "Rays in cosine-weighted directions, open or not within the radius",
-     "S. Zhukov, A. Iones & G. Kronin, An Ambient Light Illumination Model, 1998, with a step for "
-     "its falloff",
-     "depth, normals, triangles", "cosine-weighted visibility within the radius", true},
+     zhukov_step, "depth, normals, triangles", share, true},
     {"traced-secondary", "traced",
      "The same, and two secondary rays across each open one find what it passed", secondary,
-     "depth, normals, triangles",
-     "cosine-weighted visibility in which an open ray counts less where secondary rays are closed",
-     true},
+     "depth, normals, triangles", share_secondary, true},
     {"traced-obscurance", "traced",
      "Rays in cosine-weighted directions; one that is closed at distance d counts 1 - exp(-sigma "
      "d)",
-     "S. Zhukov, A. Iones & G. Kronin, An Ambient Light Illumination Model, 1998",
-     "depth, normals, triangles", "cosine-weighted obscurance, exponential falloff", true},
+     zhukov, "depth, normals, triangles", faded, true},
     {"traced-obscurance-secondary", "traced",
      "The same, and two secondary rays across each open one find what it passed", secondary,
-     "depth, normals, triangles",
-     "cosine-weighted obscurance in which an open ray counts less where secondary rays are closed",
-     true},
+     "depth, normals, triangles", faded_secondary, true},
+    {"traced-planned", "traced", "Rays as traced, where triangles rise above the surface",
+     zhukov_step, "depth, normals, triangles", share, true},
+    {"traced-secondary-planned", "traced",
+     "Rays as traced-secondary, where triangles are in reach of them", secondary,
+     "depth, normals, triangles", share_secondary, true},
 
     {"information-visibility", "information",
      "Visible over open area of each polygon, summed over the pictures from all around", viewpoints,

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,14 +52,28 @@ struct Pass {
         run;
 };
 
-/// What a step before the last returns: the error, and how often it passed over the image.
+/// What a step before the last returns: the error, and how often it passed over the image or could
+/// do without.
 [[nodiscard]] inline nook::Outcome before_last(const nook::Outcome& outcome)
 {
     nook::Outcome result;
     result.error = outcome.error;
     result.work.passes = outcome.work.passes;
+    result.work.skipped_passes = outcome.work.skipped_passes;
     return result;
 }
+
+/// A step that finds out what the next one may leave out.
+struct Plan {
+    const char* kind = "";  ///< what it looks at: depth, surface, traced, outline
+    const char* pass = "";  ///< its name among the passes
+    /// By how much it may raise a visibility; 0: no bit changes; none: no bound is known.
+    std::optional<double> tolerance = 0;
+    /// What it said in the last run.
+    std::function<nook::WorkMap()> map;
+
+    [[nodiscard]] bool is_exact() const { return tolerance == 0.0; }
+};
 
 /// A kernel with its settings, ready to run on one view.
 struct Kernel {
@@ -83,8 +98,10 @@ struct Kernel {
     std::size_t structures = 0;  ///< bytes of what the preparation made
     /// Bytes beside inputs, output and structures, after a run: scratch and buffers between passes.
     std::function<std::size_t()> memory;
-    /// The id of the kernel that does the same and leaves nothing out; empty for none.
+    /// The id of the kernel that does the same and leaves nothing out, which stands before this one;
+    /// empty for none.
     std::string without;
+    std::optional<Plan> plan;  ///< of what is left out; kernels that have one name `without`
 
     [[nodiscard]] bool computes(int y) const { return y % row_step == row_step / 2; }
 };

@@ -149,6 +149,7 @@ void check_output(const Options& options, const std::vector<Cell>& cells)
 Json key_of(const Options& options)
 {
     Json key;
+    key["format"] = format;
     key["quick"] = options.quick;
     key["size"] = {options.width, options.height};
     key["directions"] = options.directions;
@@ -246,12 +247,9 @@ public:
             if (!part.kept) measure(part);
             seconds += double{part.kept->at("seconds")};
             Json& measured = part.kept->at("measured");
-            if (part.name == stability_name)
-                report["stability"] = std::move(measured);
-            else if (part.name == calibration_name)
-                report["calibration"] = std::move(measured);
-            else
-                report["cells"].push_back(std::move(measured));
+            if (part.name == stability_name) report["stability"] = std::move(measured);
+            else if (part.name == calibration_name) report["calibration"] = std::move(measured);
+            else report["cells"].push_back(std::move(measured));
         }
         progress_.clear();
         report["run"]["seconds"] = seconds;
@@ -288,10 +286,16 @@ private:
         const Json& cell = part.kept->at("measured");
         if (!cell.is_object() || !cell.contains("results")) return false;
         std::error_code ignored;
-        for (const Json& result : cell.at("results"))
-            if (!std::filesystem::exists(
-                    store_.folder(part.name) / (std::string{result.at("id")} + ".jpg"), ignored))
+        const auto is_there = [&](const Json& name) {
+            return std::filesystem::exists(store_.folder(part.name) / (std::string{name} + ".jpg"),
+                                           ignored);
+        };
+        for (const Json& result : cell.at("results")) {
+            if (!is_there(result.at("id"))) return false;
+            const Json& plan = result.at("plan");
+            if (!plan.is_null() && !plan.at("picture").is_null() && !is_there(plan.at("picture")))
                 return false;
+        }
         return true;
     }
 

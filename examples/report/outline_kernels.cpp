@@ -1,5 +1,6 @@
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <nook/scene/outline_ao.hpp>
@@ -75,6 +76,8 @@ Kernel masked(const View& view, const Outlines& outlines, const nook::AlchemyOpt
         return bytes_of(buffers->groups) + buffers->mask.bytes() + buffers->samples.bytes();
     };
     kernel.without = "alchemy-" + samples;
+    kernel.plan = Plan{"outline", "mask", std::nullopt,
+                       [buffers] { return nook::outline_work_map(buffers->groups.view()); }};
     kernel.is_default = options.samples == nook::AlchemyOptions{}.samples;
     return kernel;
 }

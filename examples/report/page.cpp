@@ -82,8 +82,12 @@ void append_pictures(const Json& report, const fs::path& cells, std::string& out
             append_picture(cells, id, reference.at("picture"), first, out);
         if (const Json& field = cell.at("height_field"); !field.is_null())
             append_picture(cells, id, field.at("picture"), first, out);
-        for (const Json& result : cell.at("results"))
+        for (const Json& result : cell.at("results")) {
             append_picture(cells, id, result.at("id"), first, out);
+            if (const Json& plan = result.at("plan");
+                !plan.is_null() && !plan.at("picture").is_null())
+                append_picture(cells, id, plan.at("picture"), first, out);
+        }
         out += "}</script>\n";
     }
 }

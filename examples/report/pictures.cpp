@@ -165,13 +165,42 @@ void write_pictures(const std::filesystem::path& folder, const scenes::Scene& sc
     }
     for (const Run& run : runs) {
         const nook::Image<float> image = filled(run.visibility, run.kernel.row_step);
-        write(run.kernel.id, grey(image.view()));
-        if (!all) continue;
+        support::write_jpeg(folder / (run.kernel.id + ".jpg"), small(grey(image.view())));
+        if (!all || (run.kernel.plan && run.kernel.plan->is_exact())) continue;
+        support::write_png(folder / (run.kernel.id + ".png"), grey(image.view()));
         support::write_png(folder / (run.kernel.id + "-error.png"),
                            error_picture(view, image, reference_of(run.kernel.meaning)));
         if (run.kernel.is_default)
             support::write_png(folder / (run.kernel.id + "-composed.png"),
                                shaded(scene, view, image.view()));
+    }
+}
+
+Picture plan_picture(const scenes::Scene& scene, const View& view, const nook::WorkMap& map)
+{
+    constexpr Rgb nothing{0.06f, 0.07f, 0.09f};
+    const Picture colours = shaded(scene, view);
+    Picture picture{view.width(), view.height()};
+    for (int y = 0; y < view.height(); ++y)
+        for (int x = 0; x < view.width(); ++x) {
+            const bool surface = view.surface(x, y) != 0;
+            const Rgb colour = colours.get(x, y);
+            const float light =
+                surface ? 0.21f * colour.r + 0.72f * colour.g + 0.07f * colour.b : 0.0f;
+            if (map.is_active(x, y))
+                picture.set(x, y, support::sequential(1) * (0.35f + 0.65f * light));
+            else picture.set(x, y, surface ? Rgb{1, 1, 1} * (0.15f + 0.35f * light) : nothing);
+        }
+    return picture;
+}
+
+void write_plans(const std::filesystem::path& folder, const scenes::Scene& scene, const View& view,
+                 const std::vector<PlanPicture>& plans, bool all)
+{
+    for (const PlanPicture& plan : plans) {
+        const Picture picture = plan_picture(scene, view, plan.run->kernel.plan->map());
+        support::write_jpeg(folder / (plan.name + ".jpg"), small(picture));
+        if (all) support::write_png(folder / (plan.name + ".png"), picture);
     }
 }
 

@@ -61,7 +61,7 @@ MEASURES = {
     "ssim": ("1 − SSIM", lambda error: 1 - error["ssim"], False),
 }
 ENDINGS = (".svg", ".pdf", ".png")
-FORMAT = 2  # of report.json
+FORMAT = 3  # of report.json
 
 
 class Failure(Exception):

@@ -7,6 +7,7 @@
 #include <string>
 
 #include <nook/scene/traced_ao.hpp>
+#include <nook/scene/traced_plan.hpp>
 #include <nook/surface/height_field_ao.hpp>
 
 #include "../support/checked.hpp"
@@ -43,17 +44,16 @@ struct Watched {
     }
 };
 
-nook::Outcome trace_watched(const nook::Bvh& hierarchy, const View& view, double radius,
-                            Meaning meaning, int directions, std::uint32_t seed,
-                            const nook::ImageView<float>& visibility, CountedScratch& scratch,
-                            Watched watched)
+/// Calls `f` with the options of a meaning.
+template <class F>
+nook::Outcome with_options(double radius, Meaning meaning, int directions, std::uint32_t seed,
+                           const F& f)
 {
     const auto run = [&](auto options) {
         options.radius = radius;
         options.directions = directions;
         options.seed = seed;
-        return nook::traced_ao(hierarchy, view.depth.view(), view.normal(), visibility, options,
-                               view.projection, view.frame, {}, scratch, watched);
+        return f(options);
     };
     using nook::ExponentialFalloff, nook::SecondaryRays, nook::TracedOptions;
     const ExponentialFalloff falloff{sigma_of(radius)};
@@ -66,6 +66,17 @@ nook::Outcome trace_watched(const nook::Bvh& hierarchy, const View& view, double
         return run(TracedOptions<ExponentialFalloff, SecondaryRays>{.falloff = falloff});
     }
     return run(TracedOptions<>{});
+}
+
+nook::Outcome trace_watched(const nook::Bvh& hierarchy, const View& view, double radius,
+                            Meaning meaning, int directions, std::uint32_t seed,
+                            const nook::ImageView<float>& visibility, const nook::WorkMap& map,
+                            CountedScratch& scratch, Watched watched)
+{
+    return with_options(radius, meaning, directions, seed, [&](const auto& options) {
+        return nook::traced_ao(hierarchy, view.depth.view(), view.normal(), visibility, options,
+                               view.projection, view.frame, map, scratch, watched);
+    });
 }
 
 double rms_difference(const nook::Image<float>& image, const nook::Image<float>& other,
@@ -110,11 +121,21 @@ double sigma_of(double radius) { return 2 / radius; }
 
 nook::Outcome trace_once(const nook::Bvh& hierarchy, const View& view, double radius,
                          Meaning meaning, int directions, std::uint32_t seed,
-                         const nook::ImageView<float>& visibility, CountedScratch& scratch,
-                         nook::ThreadExecutor& threads)
+                         const nook::ImageView<float>& visibility, const nook::WorkMap& map,
+                         CountedScratch& scratch, nook::ThreadExecutor& threads)
 {
-    return trace_watched(hierarchy, view, radius, meaning, directions, seed, visibility, scratch,
-                         {threads});
+    return trace_watched(hierarchy, view, radius, meaning, directions, seed, visibility, map,
+                         scratch, {threads});
+}
+
+nook::Outcome plan_rays(const nook::Bvh& hierarchy, const View& view, double radius,
+                        Meaning meaning, int directions,
+                        const nook::ImageView<std::uint8_t>& groups, nook::ThreadExecutor& threads)
+{
+    return with_options(radius, meaning, directions, 0, [&](const auto& options) {
+        return nook::plan_traced(hierarchy, view.depth.view(), view.normal(), groups, options,
+                                 view.projection, view.frame, threads);
+    });
 }
 
 Traced trace(const Setup& setup, Meaning meaning, int directions, support::Progress& progress)
@@ -134,7 +155,7 @@ Traced trace(const Setup& setup, Meaning meaning, int directions, support::Progr
         halves[half] = {view.width(), view.height()};
         const nook::Work work = support::checked(
             trace_watched(hierarchy, view, setup.cell.radius, meaning, directions / 2,
-                          static_cast<std::uint32_t>(half + 1), halves[half].view(), scratch,
+                          static_cast<std::uint32_t>(half + 1), halves[half].view(), {}, scratch,
                           {setup.threads, &progress, 0.5 * half, 0.5 * half + 0.5}),
             "traced_ao");
         traced.rays += work.rays;

@@ -27,11 +27,19 @@ namespace report {
 /// Fridvalszky & Tóth 2022 leave it open; nook-obscurance takes the same.
 [[nodiscard]] double sigma_of(double radius);
 
-/// One set of rays over the picture; the references have the seeds 1 and 2. Background is 1.
+/// One set of rays over the picture, where the map has work; the references have the seeds 1 and 2.
+/// Background is 1.
 [[nodiscard]] nook::Outcome trace_once(const nook::Bvh& hierarchy, const View& view, double radius,
                                        Meaning meaning, int directions, std::uint32_t seed,
                                        const nook::ImageView<float>& visibility,
-                                       CountedScratch& scratch, nook::ThreadExecutor& threads);
+                                       const nook::WorkMap& map, CountedScratch& scratch,
+                                       nook::ThreadExecutor& threads);
+
+/// Plans what `trace_once` may leave out.
+[[nodiscard]] nook::Outcome plan_rays(const nook::Bvh& hierarchy, const View& view, double radius,
+                                      Meaning meaning, int directions,
+                                      const nook::ImageView<std::uint8_t>& groups,
+                                      nook::ThreadExecutor& threads);
 
 /// Reference (a): the scene itself, ray traced; the mean of two halves with directions of their own.
 struct Traced {

@@ -79,6 +79,16 @@ public:
             timing.passes.push_back({run_->kernel.passes[i].name, median(passes_[i])});
         return timing;
     }
+    [[nodiscard]] const Run& run() const { return *run_; }
+    /// The median of this one's frames over the other's, round by round.
+    [[nodiscard]] std::optional<double> ratio_to(const Turns& other) const
+    {
+        Times ratios;
+        for (std::size_t i = 0; i < (std::min)(frames_.size(), other.frames_.size()); ++i)
+            if (other.frames_[i] > 0) ratios.push_back(frames_[i] / other.frames_[i]);
+        if (ratios.empty()) return {};
+        return median(ratios);
+    }
 
 private:
     Run* run_;
@@ -104,8 +114,15 @@ void time_in_rounds(std::vector<Run>& runs, nook::ThreadExecutor& threads, doubl
             progress.share((round + double(i + 1) / double(turns.size())) / (most_rounds + 1));
         }
     std::size_t next = 0;
-    for (Run& run : runs)
-        if (!run.kernel.slow) run.timings.push_back(turns[next++].timing());
+    for (Run& run : runs) {
+        if (run.kernel.slow) continue;
+        const Turns& own = turns[next++];
+        Timing timing = own.timing();
+        for (const Turns& other : turns)
+            if (!run.kernel.without.empty() && other.run().kernel.id == run.kernel.without)
+                timing.ratio = own.ratio_to(other);
+        run.timings.push_back(timing);
+    }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct Timing {
     int threads = 1, rounds = 0;
     double median = 0, fastest = 0, p90 = 0;  ///< of the whole frame
     std::vector<Pass> passes;                 ///< in their order; medians need not add up
+    /// Of a frame over one of the kernel `without`: the median over the rounds that both took part in,
+    /// which a change in the machine's speed moves less than medians of their own.
+    std::optional<double> ratio;
 };
 
 /// What became of one kernel on one view.

@@ -41,7 +41,7 @@ double Schedule::seconds_of(const Cell& cell, Structures& structures, nook::Thre
     const double pixels = double(options_.width) * options_.height;
     const double rays = pixels * ray_ * (references + kernels * (1 + threads.concurrency()));
     // Of the other kernels, with their exact forms, errors and pictures.
-    const double rest = options_.quick ? 1.5 : 12;
+    const double rest = options_.quick ? 1.7 : 14;
     return rays + rest * std::min(1.0, pixels / 5e4);
 }
 

@@ -1,3 +1,5 @@
+#include <cstddef>
+#include <cstdint>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -9,10 +11,12 @@
 #include <nook/surface/bitmask_ao.hpp>
 #include <nook/surface/half_resolution.hpp>
 #include <nook/surface/horizon_ao.hpp>
+#include <nook/surface/surface_plan.hpp>
 #include <nook/surface/upsample.hpp>
 
 #include "counted_scratch.hpp"
 #include "kernels.hpp"
+#include "plans.hpp"
 
 namespace report {
 
@@ -29,10 +33,36 @@ struct Between {
     [[nodiscard]] std::size_t bytes() const { return bytes_of(image) + scratch.bytes(); }
 };
 
+// The kernels by their options, and their slow forms.
+constexpr auto run_of(const nook::AlchemyOptions&)
+{
+    return [](auto&&... all) { return nook::alchemy_ao(all...); };
+}
+constexpr auto run_of(const nook::HorizonOptions&)
+{
+    return [](auto&&... all) { return nook::horizon_ao(all...); };
+}
+constexpr auto run_of(const nook::BitmaskOptions&)
+{
+    return [](auto&&... all) { return nook::bitmask_ao(all...); };
+}
+constexpr auto exact_of(const nook::AlchemyOptions&)
+{
+    return [](auto&&... all) { return nook::alchemy_ao_reference(all...); };
+}
+constexpr auto exact_of(const nook::HorizonOptions&)
+{
+    return [](auto&&... all) { return nook::horizon_ao_reference(all...); };
+}
+constexpr auto exact_of(const nook::BitmaskOptions&)
+{
+    return [](auto&&... all) { return nook::bitmask_ao_reference(all...); };
+}
+
 /// A kernel of one pass, and its exact form of the same options.
-template <class Options, class Run, class Exact>
+template <class Options>
 Kernel kernel_of(const View& view, const char* name, const std::string& suffix, std::string setting,
-                 const Options& options, const Run& run, const Exact& exact)
+                 const Options& options)
 {
     Kernel kernel;
     kernel.name = name;
@@ -40,15 +70,16 @@ Kernel kernel_of(const View& view, const char* name, const std::string& suffix, 
     kernel.setting = std::move(setting);
     kernel.parameters["radius"] = options.radius;
     const auto scratch = std::make_shared<CountedScratch>();
-    kernel.passes = {{"samples", [&view, options, run, scratch](const Visibility& visibility,
-                                                                nook::ThreadExecutor& threads) {
-                          return run(view.depth.view(), view.normal(), visibility, options,
-                                     view.projection, nook::WorkMap{}, *scratch, threads);
+    kernel.passes = {{"samples", [&view, options, scratch](const Visibility& visibility,
+                                                           nook::ThreadExecutor& threads) {
+                          return run_of(options)(view.depth.view(), view.normal(), visibility,
+                                                 options, view.projection, nook::WorkMap{},
+                                                 *scratch, threads);
                       }}};
-    kernel.exact = [&view, options, exact](const Visibility& visibility, const nook::WorkMap& rows,
-                                           nook::ThreadExecutor& threads) {
-        return exact(view.depth.view(), view.normal(), visibility, options, view.projection, rows,
-                     threads);
+    kernel.exact = [&view, options](const Visibility& visibility, const nook::WorkMap& rows,
+                                    nook::ThreadExecutor& threads) {
+        return exact_of(options)(view.depth.view(), view.normal(), visibility, options,
+                                 view.projection, rows, threads);
     };
     kernel.memory = [scratch] { return scratch->bytes(); };
     return kernel;
@@ -57,10 +88,7 @@ Kernel kernel_of(const View& view, const char* name, const std::string& suffix, 
 Kernel alchemy(const View& view, const char* name, const nook::AlchemyOptions& options)
 {
     const std::string samples = std::to_string(options.samples);
-    Kernel kernel = kernel_of(
-        view, name, samples, samples + " samples", options,
-        [](auto&&... all) { return nook::alchemy_ao(all...); },
-        [](auto&&... all) { return nook::alchemy_ao_reference(all...); });
+    Kernel kernel = kernel_of(view, name, samples, samples + " samples", options);
     kernel.parameters["samples"] = options.samples;
     kernel.parameters["intensity"] = "automatic";
     kernel.parameters["epsilon"] = "automatic";
@@ -71,16 +99,15 @@ Kernel alchemy(const View& view, const char* name, const nook::AlchemyOptions& o
 }
 
 /// GTAO or the bitmask.
-template <class Options, class Run, class Exact>
-Kernel sliced(const View& view, const char* name, const Options& options, const Json& thickness,
-              const Run& run, const Exact& exact)
+template <class Options>
+Kernel sliced(const View& view, const char* name, const Options& options, const char* thickness)
 {
     const std::string slices = std::to_string(options.slices);
     const std::string steps = std::to_string(options.steps);
     Kernel kernel = kernel_of(
         view, name, slices + 'x' + steps,
         slices + (options.slices == 1 ? " slice, 2 x " : " slices, 2 x ") + steps + " samples",
-        options, run, exact);
+        options);
     kernel.parameters["slices"] = options.slices;
     kernel.parameters["steps"] = options.steps;
     kernel.parameters["thickness"] = thickness;
@@ -88,6 +115,28 @@ Kernel sliced(const View& view, const char* name, const Options& options, const 
     kernel.exact_samples = 2.0 * options.slices * options.steps;
     kernel.is_default = options.slices == Options{}.slices && options.steps == Options{}.steps;
     return kernel;
+}
+
+/// The kernel after a plan that keeps to a tolerance; 0: to the bit.
+template <class Options>
+Kernel planned_kernel(const View& view, const Kernel& without, const Options& options,
+                      double tolerance)
+{
+    return planned(
+        view, without, "surface", tolerance,
+        {[&view, options, tolerance](const nook::ImageView<std::uint8_t>& groups,
+                                     CountedScratch& scratch, nook::ThreadExecutor& threads) {
+             return nook::plan_surface(view.depth.view(), view.normal(), groups, options,
+                                       view.projection, tolerance, scratch, threads);
+         },
+         [tolerance](const nook::ImageView<const std::uint8_t>& groups) {
+             return nook::surface_work_map(groups, tolerance);
+         },
+         [&view, options](const Visibility& visibility, const nook::WorkMap& map,
+                          CountedScratch& scratch, nook::ThreadExecutor& threads) {
+             return run_of(options)(view.depth.view(), view.normal(), visibility, options,
+                                    view.projection, map, scratch, threads);
+         }});
 }
 
 /// The kernel, and a blur that keeps to surfaces.
@@ -178,44 +227,50 @@ void add_surface_kernels(const Setup& setup, std::vector<Kernel>& kernels)
     const auto scalable = [&](int samples) {
         return alchemy_options(samples, nook::AlchemyFalloff::scalable);
     };
+    // A quick run plans the library's defaults alone.
+    const auto add_planned = [&](const std::vector<Kernel>& without, const auto& options_of) {
+        for (const double tolerance : {0.0, plan_tolerance})
+            for (std::size_t i = 0; i < without.size(); ++i)
+                if (!setup.quick || without[i].is_default)
+                    kernels.push_back(planned_kernel(view, without[i], options_of(i), tolerance));
+    };
     const std::vector<int> samples = chosen(setup, {4, 16, 64}, {4, 8, 16, 32, 64});
-    for (const int n : samples) kernels.push_back(alchemy(view, "alchemy", plain(n)));
+    const auto add_alchemy = [&](const char* name, const auto& options_of) {
+        std::vector<Kernel> made;
+        for (const int n : samples) made.push_back(alchemy(view, name, options_of(n)));
+        kernels.insert(kernels.end(), made.begin(), made.end());
+        add_planned(made, [&](std::size_t i) { return options_of(samples[i]); });
+    };
+    add_alchemy("alchemy", plain);
     for (const int n : chosen(setup, {8, 16}, {4, 8, 16}))
         kernels.push_back(blurred(view, alchemy(view, "alchemy", plain(n))));
     for (const int n : chosen(setup, {16}, {8, 16, 32}))
         kernels.push_back(half_size(view, plain(n)));
-    for (const int n : samples) kernels.push_back(alchemy(view, "scalable", scalable(n)));
+    add_alchemy("scalable", scalable);
     for (const int n : chosen(setup, {16}, {8, 16}))
         kernels.push_back(blurred(view, alchemy(view, "scalable", scalable(n))));
 
-    const auto horizon = [&](const Slices& slices) {
-        nook::HorizonOptions options;
-        options.radius = radius;
-        options.slices = slices.slices;
-        options.steps = slices.steps;
-        return sliced(
-            view, "horizon", options, "infinite",
-            [](auto&&... all) { return nook::horizon_ao(all...); },
-            [](auto&&... all) { return nook::horizon_ao_reference(all...); });
-    };
-    const auto bitmask = [&](const Slices& slices) {
-        nook::BitmaskOptions options;
-        options.radius = radius;
-        options.slices = slices.slices;
-        options.steps = slices.steps;
-        return sliced(
-            view, "bitmask", options, "automatic",
-            [](auto&&... all) { return nook::bitmask_ao(all...); },
-            [](auto&&... all) { return nook::bitmask_ao_reference(all...); });
-    };
     const std::vector<Slices> slices =
         chosen<Slices>(setup, {{1, 4}, {3, 3}, {4, 8}}, {{1, 4}, {2, 4}, {3, 3}, {4, 8}, {8, 16}});
     const std::vector<Slices> few_slices =
         chosen<Slices>(setup, {{1, 4}, {3, 3}}, {{1, 4}, {2, 4}, {3, 3}});
-    for (const Slices& s : slices) kernels.push_back(horizon(s));
-    for (const Slices& s : few_slices) kernels.push_back(blurred(view, horizon(s)));
-    for (const Slices& s : slices) kernels.push_back(bitmask(s));
-    for (const Slices& s : few_slices) kernels.push_back(blurred(view, bitmask(s)));
+    const auto add_sliced = [&](const char* name, auto options, const char* thickness) {
+        options.radius = radius;
+        const auto options_of = [&](const Slices& s) {
+            auto result = options;
+            result.slices = s.slices;
+            result.steps = s.steps;
+            return result;
+        };
+        std::vector<Kernel> made;
+        for (const Slices& s : slices) made.push_back(sliced(view, name, options_of(s), thickness));
+        kernels.insert(kernels.end(), made.begin(), made.end());
+        add_planned(made, [&](std::size_t i) { return options_of(slices[i]); });
+        for (const Slices& s : few_slices)
+            kernels.push_back(blurred(view, sliced(view, name, options_of(s), thickness)));
+    };
+    add_sliced("horizon", nook::HorizonOptions{}, "infinite");
+    add_sliced("bitmask", nook::BitmaskOptions{}, "automatic");
 }
 
 }  // namespace report

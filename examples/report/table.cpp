@@ -60,12 +60,16 @@ void print_wrapped(std::ostream& out, std::string_view text, std::size_t indent)
     out << '\n';
 }
 
-/// Three digits and more; "-" where it was not timed.
+/// Three digits and more; "-" for what was not timed.
+std::string milliseconds(const Json& time)
+{
+    if (time.is_null()) return "-";
+    const double value = number(time);
+    return line("%.*f", value < 10 ? 3 : value < 100 ? 2 : value < 1000 ? 1 : 0, value);
+}
 std::string milliseconds(const Json* timing)
 {
-    if (timing == nullptr) return "-";
-    const double value = number(timing->at("median"));
-    return line("%.*f", value < 10 ? 3 : value < 100 ? 2 : value < 1000 ? 1 : 0, value);
+    return timing != nullptr ? milliseconds(timing->at("median")) : "-";
 }
 
 const Json* timing_of(const Json& result, int threads)
@@ -180,6 +184,83 @@ std::vector<int> threads_of(const Json& cell)
     return most > 1 ? std::vector<int>{1, most} : std::vector<int>{1};
 }
 
+double share(double part, double rest) { return part > 0 ? 100 * part / (part + rest) : 0; }
+
+/// The result that does the same and leaves nothing out; null for none.
+const Json* without_of(const Json& cell, const Json& result)
+{
+    for (const Json& other : cell.at("results"))
+        if (other.at("id") == result.at("without")) return &other;
+    return nullptr;
+}
+
+/// It left something out that it alone can tell, whether or not another result did without.
+bool leaves_out(const Json& result)
+{
+    const Json& work = result.at("work");
+    return number(work.at("skipped")) + number(work.at("skipped_samples")) +
+               number(work.at("skipped_passes")) >
+           0;
+}
+
+/// What planning costs where it finds nothing to leave out, with one thread: a line, or nothing.
+void print_planning(std::ostream& out, const Json& cell)
+{
+    std::string cost;
+    for (const Json& result : cell.at("results")) {
+        const Json *const twin = without_of(cell, result), *const timing = timing_of(result, 1);
+        const Json& plan = result.at("plan");
+        if (twin == nullptr || timing == nullptr || timing_of(*twin, 1) == nullptr ||
+            plan.is_null() || plan.at("tolerance") != 0 || timing->at("plan").is_null())
+            continue;
+        const double before = number(timing_of(*twin, 1)->at("median"));
+        if (!(before > 0)) continue;
+        cost += (cost.empty() ? "" : ", ") +
+                line("%.1f %% of ", 100 * number(timing->at("plan")) / before) +
+                text_of(twin->at("id"));
+    }
+    if (!cost.empty())
+        print_wrapped(out, "    planning where nothing is left out costs " + cost, 6);
+}
+
+/// What results left out, with one thread: those that another one is without, and of the others the
+/// library's defaults that left something out by themselves.
+void print_left_out(std::ostream& out, const Json& cell)
+{
+    std::vector<std::pair<const Json*, const Json*>> rows;
+    std::size_t names = 0;
+    for (const Json& result : cell.at("results")) {
+        if (timing_of(result, 1) == nullptr) continue;
+        const Json* const twin = without_of(cell, result);
+        if (twin == nullptr && !(result.at("default").get<bool>() && leaves_out(result))) continue;
+        rows.emplace_back(&result, twin);
+        names = (std::max)(names, text_of(result.at("id")).size());
+    }
+    if (rows.empty()) return;
+    out << "  " << padded("left out", names + 2)
+        << "  ms/1th   plan with all     x   px % work%   +RMSE largest changed\n";
+    for (const auto& [result, twin] : rows) {
+        const Json &timing = *timing_of(*result, 1), &work = result->at("work");
+        const double skipped = number(work.at("skipped"));
+        const double surface = number(work.at("pixels")) - number(work.at("background"));
+        const double samples =
+            share(number(work.at("skipped_samples")), number(work.at("samples")));
+        const double rays = share(number(work.at("skipped_rays")), number(work.at("rays")));
+        const double ratio = timing.at("ratio").is_null() ? 0 : number(timing.at("ratio"));
+        out << "    " << padded(text_of(result->at("id")), names)
+            << line(" %7s", milliseconds(&timing).c_str())
+            << line(" %6s", milliseconds(timing.at("plan")).c_str())
+            << line(" %7s", milliseconds(twin != nullptr ? timing_of(*twin, 1) : nullptr).c_str())
+            << (ratio > 0 ? line(" %5.2f", 1 / ratio) : line(" %5s", "-"))
+            << line(" %5.1f %5.1f", share(skipped, surface - skipped), (std::max)(samples, rays));
+        if (const Json& added = result->at("added_error"); !added.is_null())
+            out << line(" %7.5f %7.5f %7.0f", number(added.at("rmse")), number(added.at("max")),
+                        number(added.at("changed")));
+        out << '\n';
+    }
+    print_planning(out, cell);
+}
+
 void print_cell(std::ostream& out, const Json& cell, const Comparable& comparable)
 {
     print_head(out, cell);
@@ -197,6 +278,7 @@ void print_cell(std::ostream& out, const Json& cell, const Comparable& comparabl
         out << "   RMSE fitted   rank    bias   SSIM     own\n";
         for (const Json* result : results) print_result(out, *result, comparable, threads, names);
     }
+    print_left_out(out, cell);
     out << '\n';
 }
 
@@ -294,7 +376,11 @@ void print_table(std::ostream& out, const Json& report)
            "RMSE\n"
            "fitted: RMSE after the best monotone function of the value; rank: Spearman's "
            "correlation;\n"
-           "own: RMSE against the kernel's own formula, computed the slow way\n\n"
+           "own: RMSE against the kernel's own formula, computed the slow way\n"
+           "left out: against the same kernel with everything; x: how many times as fast, plan "
+           "included;\n"
+           "  pixels: share of the surface; work: share of the samples or rays of the rest;\n"
+           "  changed: pixels of which any bit differs\n\n"
            "The fastest estimate of visibility with one thread, of those close enough to the "
            "scene:\n";
     print_winners_by_cell(out, report);

@@ -1,3 +1,5 @@
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -6,6 +8,7 @@
 
 #include "counted_scratch.hpp"
 #include "kernels.hpp"
+#include "plans.hpp"
 #include "reference.hpp"
 
 namespace report {
@@ -49,13 +52,37 @@ Kernel traced(const Setup& setup, Meaning meaning, int directions)
         {"rays", [&view, &hierarchy, radius, meaning, directions, scratch, seed = defaults.seed](
                      const nook::ImageView<float>& visibility, nook::ThreadExecutor& threads) {
              return trace_once(hierarchy.value, view, radius, meaning, directions, seed, visibility,
-                               *scratch, threads);
+                               {}, *scratch, threads);
          }});
     kernel.is_default = directions == defaults.directions;
     kernel.preparation = hierarchy.milliseconds;
     kernel.structures = hierarchy.bytes;
     kernel.memory = [scratch] { return scratch->bytes(); };
     return kernel;
+}
+
+/// The rays of a kernel, after a plan of what no triangle rises above.
+Kernel planned_rays(const Setup& setup, const Kernel& without, int directions)
+{
+    const View& view = setup.view;
+    const nook::Bvh& hierarchy = setup.structures.hierarchy().value;
+    const double radius = setup.cell.radius;
+    const Meaning meaning = without.meaning;
+    constexpr std::uint32_t seed = nook::TracedOptions<>{}.seed;
+    return planned(
+        view, without, "traced", 0,
+        {[&view, &hierarchy, radius, meaning, directions](
+             const nook::ImageView<std::uint8_t>& groups, CountedScratch&,
+             nook::ThreadExecutor& threads) {
+             return plan_rays(hierarchy, view, radius, meaning, directions, groups, threads);
+         },
+         [](const nook::ImageView<const std::uint8_t>& groups) { return nook::WorkMap{groups}; },
+         [&view, &hierarchy, radius, meaning, directions](
+             const nook::ImageView<float>& visibility, const nook::WorkMap& map,
+             CountedScratch& scratch, nook::ThreadExecutor& threads) {
+             return trace_once(hierarchy, view, radius, meaning, directions, seed, visibility, map,
+                               scratch, threads);
+         }});
 }
 
 /// How many directions a meaning is traced with.
@@ -67,13 +94,28 @@ std::span<const int> direction_counts(const Setup& setup, Meaning meaning)
     return std::span<const int>{some}.first(plain && !is_vast(setup.view) ? 4 : 2);
 }
 
+/// Few rays and many; few alone in a quick run, where planning has the least to gain.
+bool is_planned(int directions, bool quick)
+{
+    return directions == 16 || (!quick && (directions == 64 || directions == 256));
+}
+
 }  // namespace
 
 void add_traced_kernels(const Setup& setup, std::vector<Kernel>& kernels)
 {
-    for (const Meaning meaning : meanings_of(setup))
-        for (const int directions : direction_counts(setup, meaning))
-            kernels.push_back(traced(setup, meaning, directions));
+    for (const Meaning meaning : meanings_of(setup)) {
+        const std::span<const int> counts = direction_counts(setup, meaning);
+        const std::size_t first = kernels.size();
+        for (const int directions : counts) kernels.push_back(traced(setup, meaning, directions));
+        // A falloff changes nothing about what is in reach.
+        if (setup.cell.unlimited() || meaning == Meaning::obscurance ||
+            meaning == Meaning::obscurance_secondary)
+            continue;
+        for (std::size_t i = 0; i < counts.size(); ++i)
+            if (is_planned(counts[i], setup.quick))
+                kernels.push_back(planned_rays(setup, Kernel{kernels[first + i]}, counts[i]));
+    }
 }
 
 }  // namespace report

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -117,7 +116,7 @@ template <class T, class U>
         const bool beside = reach >= before && (input.width == 1 || reach + after <= step);
         const bool rows_apart =
             input.height == 1 ||
-            magnitude(row) >= step * (input.width - 1) + reach + (std::max)(before, after);
+            magnitude(row) >= step * (input.width - 1) + reach + (before > after ? before : after);
         if (beside && rows_apart) return {};
     }
     return {ErrorCode::overlap, name, 0, "memory apart from every input"};

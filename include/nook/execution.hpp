@@ -1,8 +1,6 @@
 #pragma once
 
 #include <concepts>
-#include <cstddef>
-#include <utility>
 
 #include <nook/target.hpp>
 

@@ -11,28 +11,16 @@ namespace nook {
 /// pixels become exactly 1, and they are counted as skipped. An empty map means that all are active.
 struct WorkMap {
     static constexpr int group = 16;
-    static constexpr std::uint8_t all_sectors = 0xff;
 
     /// One byte per group, (width + 15) / 16 × height of them; 0 = inactive.
     ImageView<const std::uint8_t> active{};
     /// True when the planner has proved that the kernel would have given the same bits without a map.
     bool exact = true;
-    /// Bytes that are not 0 tell more: bit k says that something may be found towards sector k of the
-    /// screen, from k eighths of a turn on to the next; 0 is to the right, and they count towards up.
-    /// Kernels whose samples have no direction take any byte but 0 as active.
-    bool by_sectors = false;
 
     [[nodiscard]] NOOK_INLINE constexpr bool everything() const { return active.empty(); }
     [[nodiscard]] NOOK_INLINE constexpr bool is_active(int x, int y) const
     {
         return everything() || active(x / group, y) != 0;
-    }
-    /// The sectors of a pixel's group: none when it is inactive.
-    [[nodiscard]] NOOK_INLINE constexpr std::uint8_t sectors(int x, int y) const
-    {
-        if (everything()) return all_sectors;
-        const std::uint8_t byte = active(x / group, y);
-        return by_sectors || byte == 0 ? byte : all_sectors;
     }
     [[nodiscard]] NOOK_INLINE static constexpr int groups(int width)
     {

@@ -242,6 +242,34 @@ def check_sorting(page):
     check(not bad, f"tables do not sort: {bad[:5]}")
 
 
+def check_plans(page, report, pictures):
+    """What was left out: a row for each result that says so, and the plans in false colour."""
+    for cell in report["cells"]:
+        page.choose("scene", cell["scene"])
+        if sum(other["scene"] == cell["scene"] for other in report["cells"]) > 1:
+            page.choose("radius", cell["id"])
+        rows = page.js("return document.querySelectorAll('#skipped-table tbody tr').length")
+        skipped = ("skipped", "skipped_samples", "skipped_rays", "skipped_passes")
+        wanted = sum(result["without"] is not None
+                     or any(result["work"][name] > 0 for name in skipped)
+                     for result in cell["results"])
+        check(rows == wanted, f"{cell['id']}: {rows} rows of {wanted} that leave something out")
+        planned = [result for result in cell["results"]
+                   if result["plan"] and result["plan"]["tolerance"] == 0]
+        cost = page.js("return document.querySelector('#planning-cost').innerText")
+        for result in planned:
+            check(f"% of {result['without']}" in cost,
+                  f"{cell['id']}: no cost of planning {result['without']}: {cost}")
+        if pictures:
+            drawn = page.js("return document.querySelectorAll('#plan-pictures img').length")
+            names = sum(bool(result["plan"] and result["plan"]["picture"])
+                        for result in cell["results"])
+            check(drawn == names, f"{cell['id']}: {drawn} pictures of {names} plans")
+    cells = sum(any(result["plan"] for result in cell["results"]) for cell in report["cells"])
+    rows = page.js("return document.querySelectorAll('#plans-table tbody tr').length")
+    check(rows == cells, f"plans, scene by scene: {rows} rows of {cells} cells with plans")
+
+
 def check_point(page, report):
     """A click on a mark, the slider, the error map."""
     mark = page.find("#canvas .mark")
@@ -461,6 +489,7 @@ def check_page(page):
     check_scenery(page)
     check_words(page)
     check_plots(page, report)
+    check_plans(page, report, pictures)
     # The cell of the most results is the one for the rest.
     fullest = max(report["cells"], key=lambda cell: len(cell["results"]))
     page.choose("scene", fullest["scene"])

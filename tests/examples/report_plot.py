@@ -76,7 +76,7 @@ def kernel_of(name, family, comparable):
 
 
 REPORT = {
-    "format": 2,
+    "format": 3,
     "kernels": [kernel_of("chebyshev-window", "depth", False),
                 kernel_of("horizon", "surface", True), kernel_of("traced", "traced", True)],
     "cells": [

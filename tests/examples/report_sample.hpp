@@ -26,7 +26,8 @@ inline Json timing(int threads, double median)
 {
     Json json =
         Json::parse(R"({"threads": 1, "rounds": 7, "median": 0, "min": 0, "p90": 0, "passes":
-        [{"name": "samples", "median": 0}, {"name": "blur", "median": 0}]})");
+        [{"name": "samples", "median": 0}, {"name": "blur", "median": 0}], "plan": null,
+        "ratio": null})");
     json["threads"] = threads;
     json["median"] = median;
     json["min"] = 0.9 * median;
@@ -43,10 +44,11 @@ inline Json result(const std::string& id, double one, double two, double rmse)
         "parameters": {"radius": 0.1, "samples": 9, "bias": "automatic"}, "meaning": "visibility",
         "row_step": 1, "slow": false, "default": false, "timings": [], "preparation": 0.0,
         "memory": 123456789, "structures": 0, "error": null, "height_field_error": null,
-        "estimator_error": null, "own_error": null,
-        "work": {"pixels": 57600, "background": 1, "skipped": 2, "samples": 3, "rays": 4,
-                 "skipped_rays": 5, "passes": 2},
-        "without": null, "pareto": []})");
+        "estimator_error": null, "own_error": null, "added_error": null,
+        "work": {"pixels": 57600, "background": 1, "skipped": 2, "samples": 3,
+                 "skipped_samples": 6, "rays": 4, "skipped_rays": 5, "passes": 2,
+                 "skipped_passes": 1},
+        "without": null, "plan": null, "pareto": []})");
     json["id"] = id;
     json["kernel"] = id.substr(0, id.find('-'));
     json["timings"].push_back(timing(1, one));
@@ -57,6 +59,31 @@ inline Json result(const std::string& id, double one, double two, double rmse)
     json["error"]["rank_correlation"] = 0.8;
     json["height_field_error"] = differences(rmse / 7);
     json["estimator_error"] = differences(rmse / 9);
+    return json;
+}
+
+/// The same as another result after an exact plan, which takes a tenth of the time that it has without.
+inline Json planned(const Json& without)
+{
+    Json json = without;
+    const std::string id = without["id"];
+    const std::string kernel = without["kernel"];
+    json["kernel"] = kernel + "-planned";
+    json["id"] = kernel + "-planned" + id.substr(kernel.size());
+    json["without"] = id;
+    json["plan"] = Json::parse(R"({"kind": "surface", "tolerance": 0, "background_groups": 1200,
+        "inactive_groups": 800, "active_groups": 1600,
+        "picture": "plan-surface"})");
+    for (Json& timing : json["timings"]) {
+        timing["plan"] = 0.1 * timing["median"].get<double>();
+        timing["median"] = 0.5 * timing["median"].get<double>();
+        timing["passes"][0] = {{"name", "plan"}, {"median", timing["plan"]}};
+        timing["ratio"] = 0.5;
+    }
+    json["added_error"] = differences(0);
+    json["added_error"]["max"] = 0;
+    json["added_error"]["changed"] = 0;
+    json["added_error"]["rmse_change"] = 0;
     return json;
 }
 
@@ -83,7 +110,7 @@ inline Json cell(const std::string& id, const Json& radius, const std::vector<Js
 /// Two cells, seven results.
 inline Json good_report()
 {
-    Json json = Json::parse(R"({"format": 2, "nook": "0.1.0",
+    Json json = Json::parse(R"({"format": 3, "nook": "0.1.0",
         "machine": {"cpu": "Some CPU", "compiler": "g++", "threads": 2},
         "run": {"command": "nook-report", "quick": true, "width": 320, "height": 180,
                 "directions": 512, "seconds": 95.0},

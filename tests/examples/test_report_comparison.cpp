@@ -136,6 +136,26 @@ TEST_CASE("an error is worse when it grew by more than the tolerance")
     }
 }
 
+TEST_CASE("what leaving out adds to an error is worse when it grew by more than the tolerance")
+{
+    Json good = good_report();
+    Json& results = good["cells"][0]["results"];
+    results.push_back(planned(results[0]));
+    Json now = good;
+    now["cells"][0]["results"].back()["added_error"]["rmse"] = 0.0004;
+    CHECK(compare(good, now).worse.empty());
+    now["cells"][0]["results"].back()["added_error"]["rmse"] = 0.002;
+    const report::Comparison comparison = compare(good, now);
+    REQUIRE(comparison.worse.size() == 1);
+    CHECK(comparison.worse[0].result == "alchemy-planned-16");
+    CHECK(comparison.worse[0].what == "added RMSE");
+    CHECK(comparison.worse[0].change == 0.002);
+    CHECK(compare(now, good).better.size() == 1);
+    // Where only one of the two leaves something out there is nothing to compare.
+    now["cells"][0]["results"].back()["added_error"] = nullptr;
+    CHECK(compare(good, now).worse.empty());
+}
+
 TEST_CASE("one time that grew is found by its number of threads")
 {
     const Json before = good_report();
@@ -258,7 +278,7 @@ TEST_CASE("reports of another format, size or reference are refused by member an
         other[Json::json_pointer{place}] = value;
         CHECK(refusal(other, good) == text);
     };
-    refused("/format", 1, "old.json: format is 1, and 2 in the new report");
+    refused("/format", 2, "old.json: format is 2, and 3 in the new report");
     refused("/run/width", 640, "old.json: run.width is 640, and 320 in the new report");
     refused("/run/height", 360, "old.json: run.height is 360, and 180 in the new report");
     refused("/run/directions", 2048, "old.json: run.directions is 2048, and 512 in the new report");
@@ -277,8 +297,8 @@ TEST_CASE("reports of another format, size or reference are refused by member an
     refused("/cells/0/radius", 0.1 + 0.2, "");
 
     Json other = good;
-    other["format"] = 3;
-    CHECK(refusal(good, other) == "the new report: format is 3, not 2");
+    other["format"] = 4;
+    CHECK(refusal(good, other) == "the new report: format is 4, not 3");
     other.erase("format");
     CHECK(refusal(other, good) == "old.json: format is missing");
     other = good;
@@ -315,7 +335,9 @@ TEST_CASE("an old report that will not do is refused before the run")
 
 TEST_CASE("what the comparison reads is refused when it is missing or of another kind")
 {
-    const Json good = good_report();
+    Json good = good_report();
+    Json& results = good["cells"][0]["results"];
+    results.insert(results.begin() + 1, planned(results[0]));
     struct Bad {
         const char* place;
         const char* name;   ///< as the message has it
@@ -340,6 +362,9 @@ TEST_CASE("what the comparison reads is refused when it is missing or of another
         {"/cells/0/results/0/error/rmse", "cells[bowl].results[alchemy-16].error.rmse", "-0.1"},
         {"/cells/0/results/0/error/fitted_rmse",
          "cells[bowl].results[alchemy-16].error.fitted_rmse", "null"},
+        {"/cells/0/results/0/added_error", "cells[bowl].results[alchemy-16].added_error", "[]"},
+        {"/cells/0/results/1/added_error/rmse",
+         "cells[bowl].results[alchemy-planned-16].added_error.rmse", "-0.1"},
         {"/cells/0/results/0/timings", "cells[bowl].results[alchemy-16].timings", "null"},
         {"/cells/0/results/0/timings/1/threads",
          "cells[bowl].results[alchemy-16].timings[1].threads", "0"},

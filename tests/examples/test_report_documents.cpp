@@ -277,6 +277,45 @@ TEST_CASE("what does not apply is an empty field, and so is what is no number")
     CHECK(!line.at("error_mae").empty());
 }
 
+TEST_CASE("what was left out stands in columns, with the time of the result that does the same")
+{
+    Json good = good_report();
+    Json& results = good["cells"][0]["results"];
+    results.insert(results.begin() + 1, planned(results[0]));
+    const auto lines = lines_of(good);
+    for (const std::size_t threads : {std::size_t{1}, std::size_t{2}}) {
+        const auto& line = lines[1 + threads];
+        CAPTURE(threads);
+        CHECK(line.at("result") == "alchemy-planned-16");
+        CHECK(line.at("without") == "alchemy-16");
+        CHECK(number(line.at("without_ms")) == (threads == 1 ? 0.8 : 0.41));
+        CHECK(number(line.at("median_ms")) == number(line.at("without_ms")) / 2);
+        CHECK(number(line.at("plan_ms")) == 0.1 * number(line.at("without_ms")));
+        CHECK(line.at("time_ratio") == "0.5");
+        CHECK(line.at("added_error_changed") == "0");
+        CHECK(number(line.at("added_error_rmse")) == 0);
+        CHECK(line.at("added_error_pixels") == "41234");
+        CHECK(number(line.at("added_error_rmse_change")) == 0);
+        CHECK(line.at("plan_kind") == "surface");
+        CHECK(number(line.at("plan_tolerance")) == 0);
+        CHECK(line.at("plan_background_groups") == "1200");
+        CHECK(line.at("plan_inactive_groups") == "800");
+        CHECK(line.at("plan_active_groups") == "1600");
+        CHECK(line.at("work_skipped_samples") == "6");
+        CHECK(line.at("work_skipped_passes") == "1");
+    }
+    for (const char* name : {"without_ms", "plan_ms", "time_ratio", "added_error_rmse",
+                             "added_error_changed", "plan_kind", "plan_tolerance"})
+        CHECK_MESSAGE(lines[0].at(name).empty(), name);
+    // A result that is not there, or was not timed with so many threads.
+    results[1]["without"] = "gone";
+    CHECK(lines_of(good)[2].at("without_ms").empty());
+    results[1]["without"] = "alchemy-16";
+    results[0]["timings"].erase(1);
+    CHECK(!lines_of(good)[1].at("without_ms").empty());
+    CHECK(lines_of(good)[2].at("without_ms").empty());
+}
+
 TEST_CASE("columns are the same whatever a report holds")
 {
     Json other = good_report();
@@ -337,6 +376,37 @@ TEST_CASE("the table shows the front and the defaults, and fits into 100 columns
     good["cells"][0]["results"][3]["default"] = false;
     CHECK(count(table_of(good), "  d traced-16 ") == 0);
     CHECK(count(lines, "unlimited radius") == 1);
+}
+
+TEST_CASE("the table tells what was left out, what that saved and changed, and what planning costs")
+{
+    Json good = good_report();
+    Json& results = good["cells"][0]["results"];
+    CHECK(count(table_of(good), "planning") == 0);
+    results.insert(results.begin() + 1, planned(results[0]));
+    Json& work = results[1]["work"];
+    work = {{"pixels", 57600},        {"background", 7600}, {"skipped", 12500},  {"samples", 300},
+            {"skipped_samples", 100}, {"rays", 0},          {"skipped_rays", 0}, {"passes", 2},
+            {"skipped_passes", 0}};
+    auto lines = table_of(good);
+    CHECK(count(lines,
+                "    alchemy-planned-16   0.400  0.080   0.800  2.00  25.0  25.0 0.00000 0.00000 "
+                "      0") == 1);
+    CHECK(count(lines, "    planning where nothing is left out costs 10.0 % of alchemy-16") == 1);
+    // One that changes the picture, of a long name.
+    results[1]["id"] = "traced-secondary-planned-256";
+    results[1]["plan"]["tolerance"] = 0.01;
+    results[1]["added_error"]["rmse"] = 0.00123;
+    results[1]["added_error"]["max"] = 0.01;
+    results[1]["added_error"]["changed"] = 9999999;
+    lines = table_of(good);
+    CHECK(count(lines, " 0.00123 0.01000 9999999") == 1);
+    CHECK(count(lines, "planning where") == 0);
+    for (const std::string& line : lines) CHECK_MESSAGE(line.size() <= 100, line);
+    // A default that leaves something out by itself has nothing to be held against.
+    results.erase(1);
+    results[0]["default"] = true;
+    CHECK(count(table_of(good), "    alchemy-16   0.800      -       -     -   0.0  66.7") == 1);
 }
 
 TEST_CASE("the table ends with the fastest kernel of each cell that is close enough to the scene")

@@ -73,8 +73,11 @@ TEST_CASE("text that is not UTF-8 leaves a page that can be read")
 
 TEST_CASE("pictures stand in the page as base64, and missing ones are left out")
 {
-    const Json report = report_sample::good_report();
-    const Json& cell = report["cells"][0];
+    Json report = report_sample::good_report();
+    Json& cell = report["cells"][0];
+    cell["results"].push_back(report_sample::planned(cell["results"][1]));
+    cell["results"].push_back(report_sample::planned(cell["results"][2]));
+    cell["results"].back()["plan"]["picture"] = nullptr;
     const std::string id = cell["id"], shaded = cell["shaded"], picture = cell["results"][0]["id"];
     const std::string reference = cell["references"][0]["picture"];
     const Folder folder;
@@ -82,13 +85,15 @@ TEST_CASE("pictures stand in the page as base64, and missing ones are left out")
     // The vectors of RFC 4648, section 10; the pictures themselves are not looked at.
     support::write_file(folder.path / id / (shaded + ".jpg"), "foobar");
     support::write_file(folder.path / id / (picture + ".jpg"), "fooba");
+    support::write_file(folder.path / id / "plan-surface.jpg", "foob");
     support::write_file(folder.path / id / (reference + ".jpg"),
                         std::string_view{"\xff\xfe\x00\xfb", 4});
     const std::string page = report::page_of(report, folder.path);
     const std::string type = "data:image/jpeg;base64,";
     CHECK(block(page, "pictures-shaded") == Json{{id + "/" + shaded, type + "Zm9vYmFy"}});
-    CHECK(block(page, "pictures-0") ==
-          Json{{id + "/" + reference, type + "//4A+w=="}, {id + "/" + picture, type + "Zm9vYmE="}});
+    CHECK(block(page, "pictures-0") == Json{{id + "/" + reference, type + "//4A+w=="},
+                                            {id + "/" + picture, type + "Zm9vYmE="},
+                                            {id + "/plan-surface", type + "Zm9vYg=="}});
     for (std::size_t i = 1; i < report["cells"].size(); ++i)
         CHECK(block(page, "pictures-" + std::to_string(i)) == Json::object());
 }

@@ -191,6 +191,35 @@ TEST_CASE("a kernel whose frame takes all its time runs once; the others go on")
     CHECK(of_short <= rounds + 1);
 }
 
+TEST_CASE("a kernel is held against the one that leaves nothing out, round by round")
+{
+    using Clock = std::chrono::steady_clock;
+    const auto lasting = [](const char* id, int milliseconds) {
+        Kernel kernel;
+        kernel.name = kernel.id = id;
+        kernel.passes = {{"only", [milliseconds](const Visibility&, nook::ThreadExecutor&) {
+                              const auto end =
+                                  Clock::now() + std::chrono::milliseconds{milliseconds};
+                              while (Clock::now() < end) {
+                              }
+                              return nook::Outcome{};
+                          }}};
+        return kernel;
+    };
+    Kernel fast = lasting("fast", 1), lost = lasting("lost", 1);
+    fast.without = "whole";
+    lost.without = "nobody";
+    const std::vector<Run> runs = run({lasting("whole", 4), fast, lost}, 2, forever);
+    for (const std::size_t timing : {std::size_t{0}, std::size_t{1}}) {
+        CHECK(!runs[0].timings[timing].ratio);
+        REQUIRE(runs[1].timings[timing].ratio);
+        // The machine may take a break, in half of the rounds.
+        CHECK(*runs[1].timings[timing].ratio > 0.01);
+        CHECK(*runs[1].timings[timing].ratio < 0.9);
+        CHECK(!runs[2].timings[timing].ratio);
+    }
+}
+
 TEST_CASE("slow forms run once, with all threads, after the others")
 {
     Log log;
@@ -294,7 +323,8 @@ TEST_CASE("counted scratch knows what it holds")
 TEST_CASE("a pass before the last tells its error and its passes alone")
 {
     nook::Outcome outcome;
-    outcome.work = {.pixels = 1, .background = 2, .skipped = 3, .samples = 4, .passes = 5};
+    outcome.work = {
+        .pixels = 1, .background = 2, .skipped = 3, .samples = 4, .passes = 5, .skipped_passes = 6};
     const nook::Outcome result = report::before_last(outcome);
     CHECK(result);
     CHECK(result.work.pixels == 0);
@@ -302,6 +332,7 @@ TEST_CASE("a pass before the last tells its error and its passes alone")
     CHECK(result.work.skipped == 0);
     CHECK(result.work.samples == 0);
     CHECK(result.work.passes == 5);
+    CHECK(result.work.skipped_passes == 6);
     outcome.error = {nook::ErrorCode::out_of_memory, "scratch", 1, "more"};
     CHECK(report::before_last(outcome).error.code == nook::ErrorCode::out_of_memory);
 }
@@ -319,7 +350,7 @@ TEST_CASE("kernels are described once, shortly, and by families that reports kno
             CHECK(std::string{text}.size() <= 160);
         }
     }
-    CHECK(names.size() == 21);
+    CHECK(names.size() == 31);
     std::set<std::string> meanings;
     using report::Meaning;
     for (const Meaning meaning : {Meaning::visibility, Meaning::obscurance,
@@ -346,6 +377,7 @@ TEST_CASE(
         CHECK(std::includes(all.begin(), all.end(), ids.begin(), ids.end()));
         std::set<std::string> names;
         std::multiset<std::string> defaults;
+        int planned = 0;
         for (const Kernel& kernel : kernels) {
             CAPTURE(kernel.id);
             names.insert(kernel.name);
@@ -356,9 +388,20 @@ TEST_CASE(
                   std::string::npos);
             CHECK(!kernel.setting.empty());
             CHECK(!kernel.parameters.empty());
-            CHECK((kernel.without.empty() || ids.count(kernel.without) == 1));
+            const auto is_without = [&](const Kernel& other) { return other.id == kernel.without; };
+            const auto before = std::find_if(kernels.begin(), kernels.end(), is_without);
+            CHECK(
+                (kernel.without.empty() || before < kernels.begin() + (&kernel - kernels.data())));
+            if (!kernel.plan) continue;
+            CHECK(!kernel.without.empty());
+            CHECK(kernel.passes.size() == 2);
+            CHECK(kernel.passes.front().name == kernel.plan->pass);
+            CHECK(kernel.plan->is_exact() == kernel.name.ends_with("-planned"));
+            ++planned;
         }
-        CHECK(names.size() == 15);
+        // In a quick run the defaults of four kernels, each twice, and the outlines.
+        CHECK(planned == (quick ? 9 : 42));
+        CHECK(names.size() == 23);
         // All but the two whose range the library leaves unset.
         CHECK(defaults.size() == 13);
         CHECK(std::set<std::string>(defaults.begin(), defaults.end()).size() == 13);

@@ -560,6 +560,20 @@ TEST_CASE("height_field_ao: threads, work maps and lent scratch leave the bits a
         }
     CHECK(done.work.skipped == skipped);
     CHECK(done.work.samples > 0);
+    CHECK(done.work.passes == 1);
+
+    // With nothing to do not even the height field is made.
+    const Image<std::uint8_t> nothing{WorkMap::groups(53), 29, 0};
+    Scene with_sky = scene;
+    with_sky.depth(20, 11) = 0;
+    const Outcome idle = run(with_sky, masked, options, {nothing});
+    REQUIRE(idle);
+    for (const double v : masked) CHECK(v == 1);
+    CHECK(idle.work.background == 1);
+    CHECK(idle.work.skipped == 53 * 29 - 1);
+    CHECK(idle.work.samples == 0);
+    CHECK(idle.work.passes == 0);
+    CHECK(idle.work.skipped_passes == 1);
 }
 
 TEST_CASE("height_field_ao: bad arguments are named and nothing is written")

@@ -330,3 +330,42 @@ TEST_CASE("normals_from_depth: bad arguments are named and nothing is written")
     for (const float v : normals.pixels) CHECK(v == 0);
     CHECK(nook::normals_from_depth(ImageView<const float>{}, ImageView3<float>{}, p));
 }
+
+TEST_CASE("a work map leaves normals out, and the others keep their bits")
+{
+    const int width = 300, height = 75;
+    const Projection projection{.fx = 200, .fy = 180, .cx = 150, .cy = 40};
+    std::mt19937 engine{5};
+    Image<float> depth{width, height};
+    for (float& d : depth) d = engine() % 9 == 0 ? -1 : 1 + static_cast<float>(engine() % 64) / 64;
+    Normals<float> all{width, height}, some{width, height};
+    const Outcome whole = nook::normals_from_depth(depth.view(), all.view, projection);
+    REQUIRE(whole);
+    const int across = nook::WorkMap::groups(width);
+    nook::ThreadExecutor threads{3};
+    // Single groups, rows that are wholly inactive, and none at all.
+    for (const unsigned one_in : {2u, 40u, 4000u, 1u << 31}) {
+        Image<std::uint8_t> active{across, height};
+        for (std::uint8_t& group : active) group = engine() % one_in == 0 ? 1 : 0;
+        const nook::WorkMap map{active};
+        std::fill(some.pixels.begin(), some.pixels.end(), -7.0f);
+        const Outcome done =
+            nook::normals_from_depth(depth.view(), some.view, projection, map, threads);
+        REQUIRE(done);
+        std::uint64_t skipped = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const bool is_active = map.is_active(x, y);
+                skipped += !is_active && depth(x, y) > 0 ? 1 : 0;
+                REQUIRE(some.view.x(x, y) == (is_active ? all.view.x(x, y) : 0));
+                REQUIRE(some.view.y(x, y) == (is_active ? all.view.y(x, y) : 0));
+                REQUIRE(some.view.z(x, y) == (is_active ? all.view.z(x, y) : 0));
+            }
+        CHECK(done.work.skipped == skipped);
+        CHECK(done.work.background == whole.work.background);
+    }
+    const Image<std::uint8_t> narrow{across - 1, height};
+    const Outcome refused =
+        nook::normals_from_depth(depth.view(), some.view, projection, nook::WorkMap{narrow});
+    CHECK(std::string{refused.error.argument} == "work_map.active");
+}

@@ -18,7 +18,15 @@ const drawMeaning = () => {
       "Bytes beside inputs, output and scene: scratch, and buffers between passes. " +
           "Structures are what the preparation made, such as the hierarchy over triangles."
     ],
-    ["left out", "Pixels and rays that a kernel could prove, or was told, not to need."],
+    [
+      "left out",
+      "Pixels, samples, rays and passes that a kernel could prove, or was told, not to need."
+    ],
+    [
+      "plan",
+      "A pass before a kernel that finds out what it may leave out. Exact: no bit of the picture " +
+          "changes. To a tolerance: no pixel gets brighter by more. Its time is part of the frame."
+    ],
   ]);
   byId("measures")
       .replaceChildren(
@@ -98,6 +106,7 @@ const drawCell = () => {
   drawResults();
   drawSplit();
   drawSkipped();
+  drawPlanned();
   drawWinners();
   drawMeaning();
 };

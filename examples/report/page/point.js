@@ -8,7 +8,8 @@ const pairs = (...rows) =>
 /** The command that measures the scene of a cell alone, and leaves this page as it is. */
 const commandOf = (cell) => {
   const word = "(?:'[^']*'|[^\\s'-][^\\s]*)";
-  const scenes = new RegExp(` --scene(?:[ =]${word})+`, "g"), out = new RegExp(` --out[ =]${word}`, "g");
+  const scenes = new RegExp(` --scene(?:[ =]${word})+`, "g"),
+        out = new RegExp(` --out[ =]${word}`, "g");
   const command = report.run.command.replace(out, "");
   return cell.what === "a mesh from a file" ?
       `${command} --out one-scene` :
@@ -46,6 +47,7 @@ const picturesOf = (cell, result, reference, run) => {
   others.push(["shaded", "the scene in colour", cell.shaded]);
   if (result.without && cell.results.some((r) => r.id === result.without))
     others.push(["without", `without leaving out: ${result.without}`, result.without]);
+  if (result.plan?.picture) others.push(["plan", "what its plan leaves out", result.plan.picture]);
   const other = others.find(([key]) => key === beside) ?? others[0];
   const mine = pictureOf(cell, result.id), theirs = pictureOf(cell, other[2]);
   const shape = `aspect-ratio: ${cell.width} / ${cell.height}`;
@@ -92,7 +94,7 @@ const picturesOf = (cell, result, reference, run) => {
 
   const map = h("div", {class: "stage difference"});
   map.style.cssText = shape;
-  const against = other[0] === "shaded" ? others[0] : other;
+  const against = ["shaded", "plan"].includes(other[0]) ? others[0] : other;
   const base = pictureOf(cell, against[2]);
   const ramp = h("i"), ends = [h("span"), h("span", null, "0"), h("span")];
   const gainText = h("span");
@@ -233,7 +235,10 @@ const numbersOf = (cell, result, reference) => {
             result.structures > 0 && ["structures", bytes(result.structures)],
             result.preparation > 0 &&
                 ["preparation, once per scene", milliseconds(result.preparation)],
-            ["passes", whole(work.passes)], work.samples > 0 && ["samples", whole(work.samples)],
+            ["passes", whole(work.passes)],
+            work.skipped_passes > 0 && ["passes left out", whole(work.skipped_passes)],
+            work.samples > 0 && ["samples", whole(work.samples)],
+            work.skipped_samples > 0 && ["samples left out", whole(work.skipped_samples)],
             work.rays > 0 && ["rays", whole(work.rays)],
             work.skipped_rays > 0 && ["rays left out", whole(work.skipped_rays)],
             ["pixels", whole(work.pixels)], ["background", whole(work.background)],

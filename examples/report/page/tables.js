@@ -149,52 +149,165 @@ const drawSplit = () => {
           rows));
 };
 
+const twinOf = (cell, result) => cell.results.find((other) => other.id === result.without) ?? null;
+/** How many times as fast as the same with all, over rounds that both took part in. */
+const speedUpOf = (result) => {
+  const ratio = timingOf(result, state.threads)?.ratio;
+  return ratio > 0 ? 1 / ratio : null;
+};
+/** The time of the plan relative to that of the kernel without one. */
+const planCost = (cell, result) => {
+  const twin = twinOf(cell, result), plan = timingOf(result, state.threads)?.plan;
+  const all = twin && timeNow(twin);
+  return all > 0 && isNumber(plan) ? plan / all : null;
+};
+const shareOf = (part, rest) => (part > 0 ? part / (part + rest) : null);
+const leftOut = ({work}) => ({
+  pixels: work.skipped > 0 ? work.skipped / (work.pixels - work.background) : null,
+  samples: shareOf(work.skipped_samples, work.samples),
+  rays: shareOf(work.skipped_rays, work.rays),
+  passes: shareOf(work.skipped_passes, work.passes)
+});
+const planText = ({plan}) => {
+  if (!plan) return null;
+  if (plan.tolerance === null) return `${plan.kind}, no bound`;
+  return `${plan.kind}, ${plan.tolerance > 0 ? `to ${plain(plan.tolerance)}` : "exact"}`;
+};
+
+const drawPlans = () => {
+  const {cell} = state;
+  const exact = cell.results.filter((r) => r.plan?.tolerance === 0);
+  const costs =
+      exact.map((r) => [r.without, planCost(cell, r)]).filter(([, cost]) => isNumber(cost));
+  byId("planning-cost")
+      .replaceChildren(
+          costs.length ? `Planning where nothing is left out costs ${
+                             costs.map(([id, cost]) => `${percent(cost)} of ${id}`).join(", ")}.` :
+                         "");
+  const groups = ({background_groups, inactive_groups, active_groups}) =>
+      background_groups + inactive_groups + active_groups;
+  const drawnPlans = cell.results.filter((r) => r.plan?.picture && pictureOf(cell, r.plan.picture));
+  const swatch = (colour, text) => {
+    const box = h("i");
+    box.style.background = colour;
+    return h("span", {class: "swatch"}, box, text);
+  };
+  byId("plan-pictures")
+      .replaceChildren(
+          ...drawnPlans.map(({id, plan}) => {
+            const all = groups(plan);
+            return h(
+                "figure", null, h("img", {
+                  src: pictureOf(cell, plan.picture),
+                  alt: `what the plan of ${id} leaves out`,
+                  width: cell.width,
+                  height: cell.height
+                }),
+                h("figcaption", null, h("b", null, planText({plan})), ` – ${id}: of the groups, `,
+                  `${percent(plan.inactive_groups / all)} are left out and `,
+                  `${percent(plan.background_groups / all)} have no surface`));
+          }),
+          ...(drawnPlans.length ?
+                  [h("p", {class: "notes"}, swatch("#0f1217", "no surface"),
+                     swatch("#777", "left out"),
+                     swatch("rgb(252 232 36)", "worked on"))] :
+                  []));
+};
+
 const drawSkipped = () => {
   const {cell} = state, place = byId("skipped-table");
-  const rows =
-      cell.results.filter((r) => r.work.skipped > 0 || r.work.skipped_rays > 0 || r.without);
+  drawPlans();
+  const rows = cell.results.filter(
+      (r) => r.without || Object.values(leftOut(r)).some((value) => value !== null));
   if (!rows.length) {
     place.replaceChildren(
         h("p", {class: "note"}, "Nothing was left out here beside the background."));
     return;
   }
-  const twin = (r) => cell.results.find((other) => other.id === r.without);
-  const before = (r) => (twin(r) ? timeNow(twin(r)) : null);
-  const saved = (r) => (before(r) > 0 && timeNow(r) !== null ? 1 - timeNow(r) / before(r) : null);
-  const added = (r) => (twin(r) ? r.error.rmse - twin(r).error.rmse : null);
-  const signed = (value, text, good) => !isNumber(value) ?
-      "–" :
-      h("span",
-        {class: value === 0 ? null :
-             good           ? "better" :
-                              "worse"},
-        value > 0 ? `+${text}` : text);
-  const pixelShare = ({work}) =>
-      (work.skipped > 0 && work.pixels > 0 ? work.skipped / work.pixels : null);
-  const rayShare = (r) =>
-      r.work.skipped_rays > 0 ? r.work.skipped_rays / (r.work.rays + r.work.skipped_rays) : null;
+  const before = (r) => (twinOf(cell, r) ? timeNow(twinOf(cell, r)) : null);
+  const marked = (value, text, good) => {
+    if (!isNumber(value)) return "–";
+    return h("span", {class: good === null ? null : good ? "better" : "worse"}, text);
+  };
+  const gain = (r) => {
+    const value = speedUpOf(r);
+    return marked(value, `${number(value)} ×`, value === 1 ? null : value > 1);
+  };
+  const change = (r) => r.added_error?.rmse_change ?? null;
+  const part = (title, key, what) =>
+      numeric(title, (r) => leftOut(r)[key], what, (r) => percent(leftOut(r)[key]));
+  const added = (title, key, what, text = number) => numeric(
+      title, (r) => r.added_error?.[key] ?? null, what,
+      (r) => (r.added_error ? text(r.added_error[key]) : "–"));
   place.replaceChildren(table(
       `What was left out, ${cell.id}`,
       [
         kernelColumn,
         settingColumn,
+        {title: "plan", of: planText},
         numeric(
-            "pixels left out", pixelShare, "share of all pixels", (r) => percent(pixelShare(r))),
-        numeric(
-            "rays left out", rayShare, "share of the rays that would have been shot",
-            (r) => percent(rayShare(r))),
-        {title: "the same with all", of: (r) => r.without, text: (r) => r.without ?? "–"},
-        numeric(
-            "time saved", saved, "below zero: it costs more than it saves",
-            (r) => signed(saved(r), percent(saved(r)), saved(r) > 0)),
-        numeric(
-            "added error", added, "RMSE less RMSE with all",
-            (r) => signed(added(r), number(added(r)), added(r) <= 0)),
+            "times as fast", speedUpOf,
+            "below one: it costs more than it saves; the median over rounds that both took part in",
+            gain),
+        numeric("ms", timeNow, "plan included"),
         numeric("ms with all", before, "without leaving anything out"),
-        numeric("ms", timeNow),
-        numeric("RMSE with all", (r) => twin(r)?.error.rmse ?? null),
-        numeric("RMSE", (r) => r.error.rmse),
+        numeric("plan ms", (r) => timingOf(r, state.threads)?.plan ?? null, "the plan alone"),
+        numeric(
+            "plan / with all", (r) => planCost(cell, r),
+            "what planning costs where nothing is left out", (r) => percent(planCost(cell, r))),
+        part("pixels left out", "pixels", "share of the surface pixels"),
+        part("samples left out", "samples", "share of the samples of the other pixels"),
+        part("rays left out", "rays", "share of the rays that would have been shot"),
+        part("passes left out", "passes", "share of the passes over the picture"),
+        added("added error", "rmse", "RMSE against the picture with all"),
+        added("largest", "max", "the largest difference to the picture with all"),
+        added("changed", "changed", "pixels of which any bit differs", whole),
+        numeric(
+            "change of RMSE", change, "RMSE less RMSE with all, against the reference",
+            (r) => marked(
+                change(r), `${change(r) > 0 ? "+" : ""}${number(change(r))}`,
+                change(r) === 0 ? null : change(r) < 0)),
+        {title: "the same with all", of: (r) => r.without, text: (r) => r.without ?? "–"},
       ],
+      rows));
+};
+
+/** One line per cell, one column per kernel with a plan. */
+const drawPlanned = () => {
+  const place = byId("plans-table");
+  const names = [...new Set(
+      report.cells.flatMap((cell) => cell.results.filter((r) => r.plan).map((r) => r.kernel)))];
+  if (!names.length) {
+    place.replaceChildren(h("p", {class: "note"}, "Nothing was planned."));
+    return;
+  }
+  // At the library's defaults, or else the first setting.
+  const resultOf = (cell, name) => {
+    const own = cell.results.filter((r) => r.kernel === name && r.plan);
+    return own.find((r) => twinOf(cell, r)?.default) ?? own[0] ?? null;
+  };
+  const column = (name) => ({
+    title: name,
+    kind: "number",
+    what: kernels.get(name)?.what,
+    of: (cell) => {
+      const result = resultOf(cell, name);
+      return result && speedUpOf(result);
+    },
+    text: (cell) => {
+      const result = resultOf(cell, name), gain = result && speedUpOf(result);
+      if (!isNumber(gain)) return "–";
+      const cost = planCost(cell, result);
+      return [
+        `${number(gain)} ×`, h("br"),
+        h("span", {class: "soft"}, `${percent(leftOut(result).pixels ?? 0)} out`), h("br"),
+        h("span", {class: "soft"}, `plan ${percent(cost)}`)
+      ];
+    }
+  });
+  const rows = report.cells.filter((cell) => cell.results.some((r) => r.plan));
+  place.replaceChildren(table(
+      "Plans, scene by scene", [{title: "scene", of: (cell) => cell.id}, ...names.map(column)],
       rows));
 };
 

@@ -9,11 +9,13 @@
 
 #include <nook/checks.hpp>
 #include <nook/depth/cantelli.hpp>
+#include <nook/depth/left_out.hpp>
 #include <nook/depth/moments_block.hpp>
 #include <nook/depth/moments_direct.hpp>
 #include <nook/depth/moments_variable.hpp>
 #include <nook/depth/projection.hpp>
 #include <nook/depth/source.hpp>
+#include <nook/depth/source_row.hpp>
 #include <nook/depth/window.hpp>
 #include <nook/execution.hpp>
 #include <nook/image.hpp>
@@ -180,7 +182,90 @@ struct ChebyshevOutput {
     void row(Work& work, int y, int x, int width, const Value* values, std::ptrdiff_t,
              const Distance* distances) const
     {
-        if (work_map.everything() && visibility.pixel_stride == 1) {
+        for_runs(y, x, width, [&](int first, int count, bool active) {
+            const int at = first - x;
+            const Distance* const mine = distances == nullptr ? nullptr : distances + at;
+            if (active) {
+                write(work, y, first, count, values + at, mine);
+                return;
+            }
+            open(y, first, count);
+            int background = 0;
+            if (mine != nullptr)
+                for (int i = 0; i < count; ++i) background += !(mine[i] > 0);
+            work.background += static_cast<std::uint64_t>(background);
+            work.skipped += static_cast<std::uint64_t>(count - background);
+        });
+    }
+
+    // --- what need not be computed (left_out.hpp)
+
+    [[nodiscard]] bool open_in_front() const { return to_visibility.clamp; }
+    bool mark_wanted(int y, int end_y, int x, int end_x, std::uint8_t* marks) const
+    {
+        if (work_map.everything()) return false;
+        const int group = x / WorkMap::group, groups = end_x / WorkMap::group - group + 1;
+        std::fill_n(marks, groups, std::uint8_t{0});
+        for (int row = y; row <= end_y; ++row)
+            for (int i = 0; i < groups; ++i)
+                marks[i] = static_cast<std::uint8_t>(marks[i] | work_map.active(group + i, row));
+        return true;
+    }
+    template <int lanes, class Source>
+    void leave_out(Work& work, const Source& source, int y, int x, int width, LeftOut cell) const
+    {
+        if (work_map.everything() && cell != LeftOut::spared) {
+            open(y, x, width);
+            if (cell == LeftOut::empty) work.background += static_cast<std::uint64_t>(width);
+            return;
+        }
+        for_runs(y, x, width, [&](int first, int count, bool active) {
+            // In steps, so that reading and writing overlap.
+            constexpr int step = 256;
+            std::uint64_t surfaces_found = 0;
+            for (int i = 0; i < count; i += step) {
+                const int now = (std::min)(step, count - i);
+                surfaces_found += count_surfaces<lanes>(source, first + i, now, y);
+                open(y, first + i, now);
+            }
+            work.background += static_cast<std::uint64_t>(count) - surfaces_found;
+            if (!active) work.skipped += surfaces_found;
+        });
+    }
+
+private:
+    /// Calls f(first, count, active) for runs of pixels that are all active, or all not.
+    template <class F>
+    void for_runs(int y, int x, int width, const F& f) const
+    {
+        if (work_map.everything()) {
+            f(x, width, true);
+            return;
+        }
+        const int end = x + width;
+        while (x < end) {
+            const bool active = work_map.is_active(x, y);
+            int next = x;
+            do next = (next / WorkMap::group + 1) * WorkMap::group;
+            while (next < end && work_map.is_active(next, y) == active);
+            const int stop = (std::min)(next, end);
+            f(x, stop - x, active);
+            x = stop;
+        }
+    }
+    void open(int y, int x, int width) const
+    {
+        if (visibility.pixel_stride == 1) {
+            std::fill_n(&visibility(x, y), width, Value{1});
+            return;
+        }
+        for (int i = 0; i < width; ++i) visibility(x + i, y) = Value{1};
+    }
+    template <class Distance>
+    void write(Work& work, int y, int x, int width, const Value* values,
+               const Distance* distances) const
+    {
+        if (visibility.pixel_stride == 1) {
             T* const out = &visibility(x, y);
             if (distances == nullptr) {
                 std::copy_n(values, width, out);
@@ -194,16 +279,13 @@ struct ChebyshevOutput {
             work.background += static_cast<std::uint64_t>(background);
             return;
         }
-        int background = 0, skipped = 0;
+        int background = 0;
         for (int i = 0; i < width; ++i) {
             const bool surface = distances == nullptr || distances[i] > 0;
-            const bool wanted = work_map.is_active(x + i, y);
-            visibility(x + i, y) = surface && wanted ? values[i] : Value{1};
+            visibility(x + i, y) = surface ? values[i] : Value{1};
             background += !surface;
-            skipped += surface && !wanted;
         }
         work.background += static_cast<std::uint64_t>(background);
-        work.skipped += static_cast<std::uint64_t>(skipped);
     }
 };
 
@@ -357,7 +439,9 @@ Outcome chebyshev_ao(const Depth& depth, const ImageView<Value>& visibility,
     if (outcome) {
         outcome.work.pixels =
             static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-        outcome.work.passes = 1;
+        const bool nothing = outcome.work.background + outcome.work.skipped == outcome.work.pixels;
+        outcome.work.passes = nothing ? 0 : 1;
+        outcome.work.skipped_passes = nothing ? 1 : 0;
     }
     return outcome;
 }

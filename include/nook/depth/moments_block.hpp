@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <nook/depth/left_out.hpp>
 #include <nook/depth/moments_strip.hpp>
 #include <nook/depth/moments_sums.hpp>
 #include <nook/depth/source_row.hpp>
@@ -12,6 +13,7 @@
 #include <nook/outcome.hpp>
 #include <nook/scratch.hpp>
 #include <nook/tasks.hpp>
+#include <nook/work_map.hpp>
 
 namespace nook::inline NOOK_TARGET::detail {
 
@@ -70,6 +72,10 @@ public:
         const int columns = starts_ > 0 ? starts_ + window - 1 : width;
         dealt_ = deal((std::max)(columns, 1));
         steps_ = pieces(dealt_.size * dealt_.blocks, lanes) * lanes;
+        constexpr int least_cell = 32;
+        cell_ = pieces(least_cell, dealt_.size) * dealt_.size;
+        cells_ = (std::max)(1, pieces(starts_, cell_));
+        slab_ = pieces(least_cell, block_);
     }
 
     [[nodiscard]] std::size_t scratch_size(int workers) const
@@ -86,6 +92,8 @@ public:
     /// takes them for pixels x … x + width − 1 of row y: result i of a pixel lies i · pitch further on;
     /// distances are 0 for background, whose results mean nothing, and null where there is none.
     /// `work` is the calling worker's own, and their sum is returned.
+    ///
+    /// A consumer that has `leave_out` need not be given all (left_out.hpp).
     template <class Source, class Consume, class S, class E>
     Outcome run(const Source& source, const Consume& consume, S&& scratch, E&& executor) const
     {
@@ -112,6 +120,8 @@ public:
 private:
     template <class, class, class>
     friend class MomentsStrip;
+    template <class, class, class>
+    friend class MomentsPlan;
     template <class, class, class>
     friend class MomentsRows;
 
@@ -170,7 +180,11 @@ private:
         SumsRow<lanes> edge;     ///< windows at the left or right border
         double* edge_area;       ///< samples in them, background and all
         std::byte* results;
-        std::byte* natural;  ///< results in the order of their pixels
+        std::byte* natural;   ///< results in the order of their pixels
+        ColumnPiece* pieces;  ///< in use, and those that might be
+        LeftOut* cells;
+        std::uint8_t* marks;  ///< of cells, or of the groups of a work map
+        Distance* worst;      ///< of each column, for the search for flat cells
 
         [[nodiscard]] Memory of(int worker, const BlockMoments& filter) const
         {
@@ -191,6 +205,10 @@ private:
             mine.edge_area += at * filter.edge_steps() * lanes;
             mine.results += at * filter.result_size();
             mine.natural += at * filter.result_size();
+            mine.pieces += at * 2 * filter.cells_;
+            mine.cells += at * filter.cells_;
+            mine.marks += at * filter.mark_size();
+            mine.worst += at * filter.width_;
             return mine;
         }
     };
@@ -204,6 +222,10 @@ private:
     {
         return (std::max)(row_size(), std::ptrdiff_t{edge_steps()} * lanes) *
                std::ptrdiff_t{sizeof(double) * most_results};
+    }
+    [[nodiscard]] std::ptrdiff_t mark_size() const
+    {
+        return cells_ + std::ptrdiff_t{WorkMap::groups(width_)};
     }
     [[nodiscard]] auto layout() const
     {
@@ -231,7 +253,11 @@ private:
                     sums(edge_steps()),
                     block.take<double>(size(std::ptrdiff_t{edge_steps()} * lanes)),
                     block.take<std::byte>(size(result_size())),
-                    block.take<std::byte>(size(result_size()))};
+                    block.take<std::byte>(size(result_size())),
+                    block.take<ColumnPiece>(size(2 * cells_)),
+                    block.take<LeftOut>(size(cells_)),
+                    block.take<std::uint8_t>(size(mark_size())),
+                    block.take<Distance>(size(width_))};
         };
     }
 
@@ -245,6 +271,9 @@ private:
     int strips_;
     Dealt dealt_;
     int steps_;  ///< columns of a lane, rounded up to a multiple of the lanes
+    int cell_;   ///< windows that are left out together, a number of whole blocks
+    int cells_;  ///< in a strip
+    int slab_;   ///< blocks of rows that are looked at together
 };
 
 }  // namespace nook::inline NOOK_TARGET::detail

@@ -11,6 +11,14 @@
 
 namespace nook::inline NOOK_TARGET::detail {
 
+/// Columns of a strip that are read side by side.
+struct ColumnPiece {
+    int column;   ///< the first, a multiple of the block
+    int columns;  ///< how many
+    int place;    ///< where they begin among all that are read
+    int starts;   ///< windows to deliver, from the first column on
+};
+
 /// The second half of BlockMoments: from the sums of the columns of a row of windows to the windows,
 /// and to results in the order of their pixels.
 template <class Filter, class Source, class Consume>
@@ -32,16 +40,45 @@ protected:
           memory_{memory},
           first_{strip * filter.starts_},
           starts_{(std::min)(filter.starts_, filter.across_.interior - first_)},
-          columns_{starts_ > 0 ? starts_ + filter.window_ - 1 : filter.width_},
           size_{filter.dealt_.size},
-          steps_{filter.dealt_.size * filter.dealt_.blocks},
-          leftmost_{strip == 0},
-          rightmost_{strip == filter.strips_ - 1}
+          left_{strip == 0},
+          right_{strip == filter.strips_ - 1},
+          pieces_{memory.pieces}
     {
+        use_all_columns();
+    }
+
+    /// Columns of the strip that are read: those of all its windows, or of the windows that somebody
+    /// wants, piece by piece. Pieces begin with a block, so that a window keeps its bits.
+    void use_all_columns()
+    {
+        const int columns = strip_columns();
+        pieces_[0] = {0, columns, 0, starts_};
+        use_columns(1, filter_.dealt_.size * filter_.dealt_.blocks);
+    }
+    void use_columns(int count, int steps)
+    {
+        piece_count_ = count;
+        const auto& last = pieces_[count - 1];
+        columns_ = last.place + last.columns;
+        steps_ = steps;
+        edge_left_ = left_ && pieces_[0].column == 0;
+        edge_right_ = right_ && last.column + last.starts == starts_;
         // Lanes run on past the last column, and places past the last step.
         clear_unused_samples();
         memory_.columns.from(steps_).clear(1);
         memory_.across.from(steps_).clear(1);
+    }
+    [[nodiscard]] int strip_columns() const
+    {
+        return starts_ > 0 ? starts_ + filter_.window_ - 1 : filter_.width_;
+    }
+    /// The pixels of the windows that begin in [start, end), with those at the frame.
+    [[nodiscard]] Span pixels(int start, int end) const
+    {
+        const int first = first_ + filter_.radius_;
+        return {start == 0 && left_ ? 0 : first + start,
+                (end == starts_ && right_ ? filter_.width_ : first + end) - 1};
     }
 
     /// A row of the ring.
@@ -86,19 +123,21 @@ protected:
             }
             across.set(first, Row::pivot, suffix.pivot);
         }
-        if (leftmost_) deliver_edge<holes, false>(y, rows);
-        if (rightmost_) deliver_edge<holes, true>(y, rows);
+        if (edge_left_) deliver_edge<holes, false>(y, rows);
+        if (edge_right_) deliver_edge<holes, true>(y, rows);
         if (starts_ > 0) deliver_full<holes>(y, rows);
     }
 
     /// A row without any surface.
     void deliver_empty_row(int y)
     {
-        const int first = leftmost_ ? 0 : first_ + filter_.radius_;
-        const int end = rightmost_ ? filter_.width_ : first_ + filter_.radius_ + starts_;
-        std::fill_n(memory_.centre, end - first, Distance{0});
-        consume_.row(work_, y, first, end - first, reinterpret_cast<Value*>(memory_.natural),
-                     filter_.row_size(), memory_.centre);
+        for (int i = 0; i < piece_count_; ++i) {
+            const Span at = pixels(pieces_[i].column, pieces_[i].column + pieces_[i].starts);
+            const int count = at.last - at.first + 1;
+            std::fill_n(memory_.centre, count, Distance{0});
+            consume_.row(work_, y, at.first, count, reinterpret_cast<Value*>(memory_.natural),
+                         filter_.row_size(), memory_.centre);
+        }
     }
 
     /// Turns the sums of windows into results. Without background `area` is their count.
@@ -125,12 +164,15 @@ protected:
     const Consume& consume_;
     Work& work_;
     Memory memory_;
-    int first_;    ///< column
-    int starts_;   ///< full windows along a row
-    int columns_;  ///< that are read
-    int size_;     ///< columns in a block
-    int steps_;    ///< columns of a lane
-    bool leftmost_, rightmost_;
+    int first_;                    ///< column
+    int starts_;                   ///< full windows along a row
+    int columns_;                  ///< that are read, gaps between pieces and all
+    int size_;                     ///< columns in a block
+    int steps_;                    ///< columns of a lane
+    bool left_, right_;            ///< at the frame
+    bool edge_left_, edge_right_;  ///< so, and read
+    ColumnPiece* pieces_;
+    int piece_count_;
 
 private:
     /// Windows of k columns.
@@ -196,8 +238,12 @@ private:
         Value* const natural = reinterpret_cast<Value*>(memory_.natural);
         for (int i = 0; i < Consume::results; ++i) undeal(results + i * pitch, natural + i * pitch);
         if constexpr (holes) undeal(centre_distances, memory_.samples);
-        consume_.row(work_, y, first_ + filter_.radius_, starts_, natural, pitch,
-                     holes ? memory_.samples : nullptr);
+        for (int i = 0; i < piece_count_; ++i) {
+            const ColumnPiece& piece = pieces_[i];
+            consume_.row(work_, y, first_ + filter_.radius_ + piece.column, piece.starts,
+                         natural + piece.place, pitch,
+                         holes ? memory_.samples + piece.place : nullptr);
+        }
         if constexpr (holes) clear_unused_samples();
     }
 

@@ -4,7 +4,8 @@
 #include <cstddef>
 #include <utility>
 
-#include <nook/depth/moments_rows.hpp>
+#include <nook/depth/left_out.hpp>
+#include <nook/depth/moments_plan.hpp>
 #include <nook/depth/moments_sums.hpp>
 #include <nook/depth/source_row.hpp>
 #include <nook/depth/window.hpp>
@@ -17,53 +18,83 @@ namespace nook::inline NOOK_TARGET::detail {
 /// A task of BlockMoments: one strip of columns, and one part of the rows (the top border, the bottom
 /// border, or some blocks). Its own half of the work ends with the sums of columns.
 template <class Filter, class Source, class Consume>
-class MomentsStrip : MomentsRows<Filter, Source, Consume> {
-    using Rows = MomentsRows<Filter, Source, Consume>;
+class MomentsStrip : MomentsPlan<Filter, Source, Consume> {
+    using Rows = MomentsPlan<Filter, Source, Consume>;
     using Rows::columns_, Rows::consume_, Rows::distances, Rows::filter_, Rows::first_, Rows::lanes,
-        Rows::memory_, Rows::row, Rows::steps_, Rows::work_;
+        Rows::leave_out, Rows::memory_, Rows::piece_count_, Rows::pieces_, Rows::plan,
+        Rows::read_lanes, Rows::ready_, Rows::row, Rows::source_, Rows::steps_, Rows::work_;
     using typename Rows::Distance, typename Rows::Memory, typename Rows::Real, typename Rows::Row,
         typename Rows::Set, typename Rows::Value;
 
 public:
     MomentsStrip(const Filter& filter, const Source& source, const Consume& consume, Work& work,
                  const Memory& memory, int strip)
-        : Rows{filter, consume, work, memory, strip},
-          source_{source}
+        : Rows{filter, source, consume, work, memory, strip}
     {}
 
     /// Windows that begin at row 0.
     void top()
     {
+        const int prefixes = filter_.down_.prefixes, flat = flat_rows(prefixes);
         int added = 0;
-        for (int y = 0; y < filter_.down_.prefixes; ++y) {
-            const Span rows = span(y);
-            for (; added <= rows.last; ++added) add_border_row(added, added);
-            deliver_border_row(y, rows);
+        for (const Span part : {Span{0, flat - 1}, Span{flat, prefixes - 1}}) {
+            const bool before = ready_;
+            if (!plan(part.first, part.last)) continue;
+            if (!before || !ready_) added = 0;
+            ready_ = true;
+            for (int y = part.first; y <= part.last; ++y) {
+                const Span rows = span(y);
+                for (; added <= rows.last; ++added) add_border_row(added, added);
+                deliver_border_row(y, rows);
+                leave_out(y);
+            }
         }
     }
     /// Windows that end at the last row.
     void bottom()
     {
         const int last = filter_.height_ - 1;
+        const int first = filter_.down_.prefixes + filter_.down_.interior;
+        const int flat = flat_rows(last - first + 1);
         int added = last;
-        for (int y = last; y >= filter_.down_.prefixes + filter_.down_.interior; --y) {
-            const Span rows = span(y);
-            for (; added >= rows.first; --added) add_border_row(added, last - added);
-            deliver_border_row(y, rows);
+        for (const Span part : {Span{last - flat + 1, last}, Span{first, last - flat}}) {
+            const bool before = ready_;
+            if (!plan(part.first, part.last)) continue;
+            if (!before || !ready_) added = last;
+            ready_ = true;
+            for (int y = part.last; y >= part.first; --y) {
+                const Span rows = span(y);
+                for (; added >= rows.first; --added) add_border_row(added, last - added);
+                deliver_border_row(y, rows);
+                leave_out(y);
+            }
         }
     }
     /// Full windows that begin in one of `count` blocks from `block` on.
     void blocks(int block, int count)
     {
-        const int size = filter_.block_, end = filter_.down_.interior;
-        for (int y = block * size; y < block * size + filter_.window_ - 1; ++y) read(y);
-        for (int i = 1; i < filter_.shared_blocks_; ++i) add_up(block + i);
-        for (int i = block; i < block + count && i * size < end; ++i)
-            run_block(i, (std::min)((i + 1) * size, end));
+        const int size = filter_.block_, k = filter_.window_, radius = filter_.radius_;
+        const int end = (std::min)((block + count) * size, filter_.down_.interior);
+        for (int i = block; i * size < end; i += filter_.slab_) {
+            const int slab_end = (std::min)((i + filter_.slab_) * size, end);
+            if (!plan(i * size + radius, slab_end - 1 + radius)) continue;
+            if (!ready_) {
+                for (int y = i * size; y < i * size + k - 1; ++y) read(y);
+                for (int j = 1; j < filter_.shared_blocks_; ++j) add_up(i + j);
+                ready_ = true;
+            }
+            for (int j = i; j * size < slab_end; ++j)
+                run_block(j, (std::min)((j + 1) * size, slab_end));
+        }
     }
     /// Windows of one pixel.
     void single_row(int y)
     {
+        if constexpr (can_leave_out<Consume>) {
+            consume_.template leave_out<read_lanes>(work_, source_, y, 0, columns_,
+                                                    LeftOut::spared);
+            return;
+        }
         read_row<lanes>(source_, 0, columns_, y, memory_.samples);
         Value* const natural = reinterpret_cast<Value*>(memory_.natural);
         for (int at = 0; at < columns_; at += lanes) {
@@ -77,6 +108,8 @@ public:
     }
 
 private:
+    /// Rows at the frame whose windows are too flat to tell much.
+    [[nodiscard]] static int flat_rows(int rows) { return (std::min)(8, (rows + 1) / 2); }
     [[nodiscard]] Span span(int y) const
     {
         return window_span(y, filter_.radius_, filter_.height_, filter_.border_);
@@ -89,8 +122,17 @@ private:
     /// Decodes a row into its slot of the ring, dealt to the lanes.
     void read(int y)
     {
-        memory_.background[y % filter_.slots_] =
-            read_row<lanes>(source_, first_, columns_, y, memory_.samples);
+        bool none = true, all = true;
+        for (int i = 0; i < piece_count_; ++i) {
+            const ColumnPiece& piece = pieces_[i];
+            const Background found = read_row<lanes>(source_, first_ + piece.column, piece.columns,
+                                                     y, memory_.samples + piece.place);
+            none = none && found == Background::none;
+            all = all && found == Background::all;
+        }
+        memory_.background[y % filter_.slots_] = none  ? Background::none
+                                                 : all ? Background::all
+                                                       : Background::some;
         Distance* const out = row(y);
         const Distance* const samples = memory_.samples;
         const int steps = steps_;
@@ -317,11 +359,13 @@ private:
                                load<lanes>(suffix) + after.sum,
                                load<lanes>(suffix + lanes) + after.squares};
                 });
+                leave_out(centre);
                 continue;
             }
             // Nothing to add, and nothing to deliver.
             if (background(y + k - 1) == Background::all && background(centre) == Background::all) {
                 Rows::deliver_empty_row(centre);
+                leave_out(centre);
                 continue;
             }
             const float* const counts = memory_.suffix_count + at;
@@ -342,10 +386,10 @@ private:
                 }
                 return window;
             });
+            leave_out(centre);
         }
     }
 
-    const Source& source_;
     bool border_holes_ = false;  ///< among the rows added so far
 };
 

@@ -6,8 +6,10 @@
 #include <limits>
 #include <type_traits>
 
+#include <nook/depth/left_out.hpp>
 #include <nook/depth/moments_direct.hpp>
 #include <nook/depth/moments_table.hpp>
+#include <nook/depth/moments_table_cells.hpp>
 #include <nook/depth/moments_table_ring.hpp>
 #include <nook/depth/source.hpp>
 #include <nook/depth/window.hpp>
@@ -18,152 +20,59 @@
 
 namespace nook::inline NOOK_TARGET::detail {
 
-/// The radius of a window in pixels, per axis.
-struct WindowRadius {
-    int x, y;
-    friend bool operator==(const WindowRadius&, const WindowRadius&) = default;
-};
-
-/// How an image is cut into tiles, each with a table of its own over the region that its windows
-/// reach.
-struct TileGrid {
-    int width, height;
-    Border border;
-    WindowRadius largest;  ///< that any window has
-    int tile_width, tile_height;
-
-    TileGrid(int image_width, int image_height, WindowRadius radius, Border at_border)
-        : width{image_width},
-          height{image_height},
-          border{at_border},
-          largest{(std::min)(radius.x, image_width), (std::min)(radius.y, image_height)},
-          tile_width{tile_size(image_width, largest.x)},
-          tile_height{tile_size(image_height, largest.y)}
-    {}
-    /// Large beside the radius, since the table takes in that much around the tile; all nearly
-    /// alike.
-    [[nodiscard]] static int tile_size(int size, int radius)
-    {
-        const int most = (std::max)(256, 4 * radius);
-        const int share = pieces(size, (std::max)(1, pieces(size, most)));
-        return (std::max)(1, pieces(share, row_padding)) * row_padding;
-    }
-    [[nodiscard]] int count() const { return across() * pieces(height, tile_height); }
-    [[nodiscard]] Span columns(int tile) const { return span(tile % across(), tile_width, width); }
-    [[nodiscard]] Span rows(int tile) const { return span(tile / across(), tile_height, height); }
-
-    [[nodiscard]] int region_width() const { return (std::min)(width, tile_width + 2 * largest.x); }
-    [[nodiscard]] int region_height() const
-    {
-        return (std::min)(height, tile_height + 2 * largest.y);
-    }
-    /// Rows that a ring keeps, and entries from one to the next.
-    [[nodiscard]] int table_rows() const
-    {
-        return (std::min)(region_height(), 2 * largest.y + 1) + 1;
-    }
-    [[nodiscard]] std::ptrdiff_t table_stride() const
-    {
-        return TableRing::margin + padded(region_width() + 1);
-    }
-
-private:
-    [[nodiscard]] int across() const { return pieces(width, tile_width); }
-    [[nodiscard]] static Span span(int index, int tile, int size)
-    {
-        const int first = index * tile;
-        return {first, first + (std::min)(size - first, tile) - 1};
-    }
-};
-
-/// One worker's memory.
-template <class Distance, class Value>
-struct TileMemory {
-    /// Results per pixel that there is room for.
-    static constexpr int most_results = 4;
-
-    TableRow table, fine;
-    Distance* samples;  ///< a row of the region
-    Value* results;     ///< of a row of the tile
-    double* doubt;      ///< likewise: above 0 where the table does not vouch for the pixel
-
-    [[nodiscard]] static TileMemory take(const TileGrid& grid, ScratchLayout& block,
-                                         std::size_t workers)
-    {
-        const auto for_all = [&](std::ptrdiff_t count) {
-            return workers * static_cast<std::size_t>(count);
-        };
-        const std::size_t entries = for_all(grid.table_rows() * grid.table_stride());
-        const auto table = [&]() -> TableRow {
-            return {block.take<std::uint64_t>(entries), block.take<std::uint64_t>(entries),
-                    block.take<std::uint64_t>(entries), block.take<std::uint64_t>(entries)};
-        };
-        const TableRow first = table(), second = table();
-        return {first, second, block.take<Distance>(for_all(padded(grid.region_width()))),
-                // As much for float as for double, so that the size does not depend on it.
-                reinterpret_cast<Value*>(
-                    block.take<double>(for_all(most_results * padded(grid.tile_width)))),
-                block.take<double>(for_all(padded(grid.tile_width)))};
-    }
-    [[nodiscard]] TileMemory of(int worker, const TileGrid& grid) const
-    {
-        const std::ptrdiff_t entries = worker * grid.table_rows() * grid.table_stride();
-        return {table + entries, fine + entries, samples + worker * padded(grid.region_width()),
-                results + worker * most_results * padded(grid.tile_width),
-                doubt + worker * padded(grid.tile_width)};
-    }
-};
-
 /// Works on one tile: goes down its rows with a ring of table rows, and with a second one where the
 /// first cannot vouch for many pixels.
 template <class Distance, int lanes, class Source, class Window, class Consume>
-class TableTile {
+class TableTile : TableCells<Distance, lanes, Source, Window, Consume> {
+    using Cells = TableCells<Distance, lanes, Source, Window, Consume>;
+    using Cells::any_busy, Cells::cells_at, Cells::chunk, Cells::columns, Cells::consume,
+        Cells::find_open, Cells::for_runs, Cells::grid, Cells::is_busy, Cells::is_wanted,
+        Cells::memory, Cells::radius, Cells::reach, Cells::read_lanes, Cells::rows,
+        Cells::samples_at_most, Cells::set_all, Cells::source, Cells::spare, Cells::width,
+        Cells::window;
     using Real = Lanes<double, lanes>;
     using Range = DistanceRange<Distance>;
     using Value = typename Consume::Value;
-    static constexpr int chunk = row_padding;
+    static constexpr int ahead = 4;  ///< rows that are asked for before they are read
 
 public:
     TableTile(const TileGrid& tiles, const Source& depth, const Window& windows,
               const Consume& consumer, Work& counts, const TileMemory<Distance, Value>& scratch,
               Span tile_columns, Span tile_rows)
-        : grid{tiles},
-          source{depth},
-          window{windows},
-          consume{consumer},
-          work{counts},
-          memory{scratch},
-          columns{tile_columns},
-          rows{tile_rows}
+        : Cells{tiles, depth, windows, consumer, scratch, tile_columns, tile_rows},
+          work{counts}
     {}
 
     void run();
 
 private:
-    const TileGrid& grid;
-    const Source& source;
-    const Window& window;
-    const Consume& consume;
     Work& work;
-    TileMemory<Distance, Value> memory;
-    Span columns, rows;
     Span across{}, down{};  ///< the region that the windows reach
-    WindowRadius reach{};
-    double samples_at_most = 0;  ///< in a window
     TableRing table{{}, 0, 0, 0, 0, {}}, fine{{}, 0, 0, 0, 0, {}};
     bool refined = false;        ///< `fine` is kept
     std::uint64_t patience = 0;  ///< samples to read directly before `fine` is made anew
 
     [[nodiscard]] std::ptrdiff_t stride() const { return padded(grid.tile_width); }
-    [[nodiscard]] static int width(Span span) { return span.last - span.first + 1; }
     [[nodiscard]] std::uint64_t rebuild_cost() const
     {
         return static_cast<std::uint64_t>(fine.rows) * static_cast<std::uint64_t>(width(across));
     }
-    [[nodiscard]] WindowRadius radius(Distance distance) const
+
+    /// The rows of the table that the windows of row y need. Where no sample was rounded the sums are
+    /// exact whatever rows they begin with; a second table follows the first row by row.
+    [[nodiscard]] Span rows_needed(int y) const
     {
-        const auto radii = window.radii(static_cast<double>(distance));
-        return {static_cast<int>(radii.x), static_cast<int>(radii.y)};
+        if (table.fixed.exact_from > 0) return {down.first, (std::min)(y + reach.y, down.last)};
+        return window_span(y, reach.y, grid.height, grid.border);
+    }
+    void leave_out_all()
+    {
+        for (int y = rows.first; y <= rows.last; ++y) {
+            if (cells_at(y)[0] == LeftOut::spared)
+                prefetch_row(source, columns.first, width(columns),
+                             (std::min)(y + ahead, rows.last));
+            deliver(y, true);
+        }
     }
 
     /// True when there is background.
@@ -177,18 +86,31 @@ private:
     }
     void deliver(int y, bool background)
     {
-        consume.row(work, y, columns.first, width(columns),
-                    static_cast<const Value*>(memory.results), stride(),
-                    background ? static_cast<const Distance*>(memory.samples) : nullptr);
+        for_runs(y, [&](int x, int count, LeftOut cell) {
+            if constexpr (can_leave_out<Consume>) {
+                if (cell != LeftOut::wanted) {
+                    consume.template leave_out<read_lanes>(work, source, y, x, count, cell);
+                    return;
+                }
+            }
+            const int at = x - columns.first;
+            consume.row(work, y, x, count, static_cast<const Value*>(memory.results + at), stride(),
+                        background ? static_cast<const Distance*>(memory.samples + at) : nullptr);
+        });
     }
 
     template <bool masked, bool wide>
     void run_rows()
     {
-        table.start(down.first);
+        table.start(rows_needed(rows.first).first);
         for (int y = rows.first; y <= rows.last; ++y) {
-            const int last = (std::min)(y + reach.y, down.last);
-            while (table.newest < last) {
+            if (!is_busy(y)) {
+                deliver(y, true);
+                continue;
+            }
+            const Span needed = rows_needed(y);
+            if (needed.first > table.newest + 1) table.start(needed.first);
+            while (table.newest < needed.last) {
                 read(across, table.newest + 1);
                 table.template add<lanes, masked, wide>(memory.samples, width(across));
                 if (wide && refined) add_fine();
@@ -196,7 +118,8 @@ private:
             const bool background = read(columns, y);
             Real doubt{};
             for (int x = columns.first; x <= columns.last; x += chunk)
-                look_up<masked, wide>(x, y, doubt);
+                if (is_wanted(x, y)) look_up<masked, wide>(x, y, doubt);
+                else std::fill_n(memory.doubt + (x - columns.first), chunk, 0.0);
             if constexpr (wide)
                 if (fold(doubt, [](const auto& a, const auto& b) { return a + b; }) > 0.0)
                     resolve(y);
@@ -494,13 +417,19 @@ private:
 template <class Distance, int lanes, class Source, class Window, class Consume>
 void TableTile<Distance, lanes, Source, Window, Consume>::run()
 {
+    if (!spare()) {
+        leave_out_all();
+        return;
+    }
     Range range{};
     for (int y = rows.first; y <= rows.last; ++y) {
+        prefetch_row(source, columns.first, width(columns), (std::min)(y + ahead, rows.last));
         range.add(read_range(columns, y));
     }
     if (!(range.greatest > 0)) {
-        std::fill_n(memory.samples, width(columns), Distance{0});
-        for (int y = rows.first; y <= rows.last; ++y) deliver(y, true);
+        if constexpr (can_leave_out<Consume>) set_all(LeftOut::empty);
+        else std::fill_n(memory.samples, width(columns), Distance{0});
+        leave_out_all();
         return;
     }
     const WindowRadius widest = radius(range.least);
@@ -510,6 +439,11 @@ void TableTile<Distance, lanes, Source, Window, Consume>::run()
     down = {(std::max)(0, rows.first - reach.y), (std::min)(grid.height - 1, rows.last + reach.y)};
     samples_at_most = (std::min)(2.0 * reach.x + 1, double(grid.width)) *
                       (std::min)(2.0 * reach.y + 1, double(grid.height));
+    find_open(range);
+    if (!any_busy()) {
+        leave_out_all();
+        return;
+    }
     const auto add_range = [&](Span at, int y) { range.add(read_range(at, y)); };
     for (int y = down.first; y <= down.last; ++y)
         if (y < rows.first || y > rows.last) {

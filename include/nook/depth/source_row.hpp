@@ -60,4 +60,42 @@ Background read_row(const DepthSource<Stored, Decode>& source, int x, int count,
     return largest > 0 ? Background::some : Background::all;
 }
 
+/// Asks for the pixels of a row that will be read soon.
+template <class Stored, class Decode>
+void prefetch_row(const DepthSource<Stored, Decode>& source, int x, int count, int y)
+{
+    constexpr int line = 64 / static_cast<int>(sizeof(Stored));
+    if (source.image.pixel_stride != 1) return;
+    for (int i = 0; i < count; i += line) prefetch(&source.image(x + i, y));
+}
+
+/// How many of `count` pixels of row y from column x on are surfaces.
+template <int lanes, class Stored, class Decode>
+[[nodiscard]] std::uint64_t count_surfaces(const DepthSource<Stored, Decode>& source, int x,
+                                           int count, int y)
+{
+    using Distance = typename DepthSource<Stored, Decode>::Distance;
+    int i = 0;
+    std::uint64_t surfaces_found = 0;
+    if constexpr (std::is_same_v<Decode, IdentityDecode>) {
+        if (source.image.pixel_stride == 1) {
+            using Bits = std::conditional_t<sizeof(Distance) == 4, std::int32_t, std::int64_t>;
+            const Stored* const in = source.image.data + (y * source.image.row_stride + x);
+            const Stored* const next =
+                y + 1 < source.image.height ? in + source.image.row_stride : in;
+            Lanes<Bits, lanes> found{};
+            for (; i + lanes <= count; i += lanes) {
+                prefetch(next + i);
+                const auto distances = surfaces(load<lanes>(in + i), source.far_limit);
+                found +=
+                    distances > Distance{0} ? Lanes<Bits, lanes>{} + Bits{1} : Lanes<Bits, lanes>{};
+            }
+            surfaces_found = static_cast<std::uint64_t>(
+                fold(found, [](const auto& a, const auto& b) { return a + b; }));
+        }
+    }
+    for (; i < count; ++i) surfaces_found += surface_distance(source, x + i, y) > 0;
+    return surfaces_found;
+}
+
 }  // namespace nook::inline NOOK_TARGET::detail

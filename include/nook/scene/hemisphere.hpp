@@ -101,7 +101,13 @@ private:
         std::uint32_t child;
     };
     /// Rays that go on alone when no more are left; not where the surface has to be told from the rest.
-    static constexpr int few = 3;
+    [[nodiscard]] static bool few_left(RayMask rays)
+    {
+        // Three of them. Counting bits is a call on the plainest targets.
+        rays &= rays - 1;
+        rays &= rays - 1;
+        return (rays & (rays - 1)) == 0;
+    }
 
     template <class State>
     void walk(const RayFan& fan, State& state) const
@@ -118,7 +124,7 @@ private:
                 test(bvh_.blocks[next.child & ~BvhNode::block_bit], fan, rays, state);
                 continue;
             }
-            if (std::popcount(rays) <= few && !(slack_ > 0)) {
+            if (few_left(rays) && !(slack_ > 0)) {
                 for (RayMask left = rays; left != 0; left &= left - 1)
                     single(fan, std::countr_zero(left), next.child, state);
                 continue;
@@ -185,6 +191,11 @@ private:
         Sides sides;
         for (unsigned kept = reached(node, sides); kept != 0; kept &= kept - 1) {
             const int lane = std::countr_zero(kept);
+            FloatLanes low[3], high[3];
+            for (int k = 0; k < 3; ++k) {
+                low[k] = broadcast<float_lanes>(sides.low[k][lane]);
+                high[k] = broadcast<float_lanes>(sides.high[k][lane]);
+            }
             RayMask met = 0;
             for (int g = 0; g * float_lanes < fan.count; ++g) {
                 const unsigned active = RayFan::group(rays, g);
@@ -192,8 +203,8 @@ private:
                 FloatLanes enters{}, leaves = end(state, g);
                 for (int k = 0; k < 3; ++k) {
                     const FloatLanes inverse = load<float_lanes>(fan.inverse[k] + g * float_lanes);
-                    const FloatLanes one = sides.low[k][lane] * inverse;
-                    const FloatLanes two = sides.high[k][lane] * inverse;
+                    const FloatLanes one = low[k] * inverse;
+                    const FloatLanes two = high[k] * inverse;
                     enters = larger(enters, smaller(one, two));
                     leaves = smaller(leaves, larger(one, two));
                 }

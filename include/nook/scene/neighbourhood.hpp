@@ -7,6 +7,7 @@
 
 #include <nook/lanes.hpp>
 #include <nook/scene/bvh_node.hpp>
+#include <nook/scene/tangent_planes.hpp>
 #include <nook/scene/traversal.hpp>
 
 namespace nook::inline NOOK_TARGET::detail {
@@ -51,16 +52,8 @@ public:
             from[k] = points.low[k] - reach - margin;
             to[k] = points.high[k] + reach + margin;
         }
-        // Lanes of nodes: parts already, or to be replaced by what they hold while there is room.
-        struct Waiting {
-            const BvhNode* node;
-            int lane;
-            bool fine;
-        };
-        Waiting stack[most];
-        int waiting = 0;
-        const auto expand = [&](const BvhNode& node) {
-            unsigned kept = 0, fine = 0;
+        gather([&](const BvhNode& node, unsigned& fine) {
+            unsigned kept = 0;
             for (int lane = 0; lane < BvhNode::lanes; lane += child_lanes) {
                 using L = ChildLanes;
                 L outside = broadcast<child_lanes>(-1.0f), size{};
@@ -73,22 +66,25 @@ public:
                 kept |= bits_at_most(outside, L{}) << lane;
                 fine |= bits_at_most(size, broadcast<child_lanes>(reach)) << lane;
             }
-            while (kept != 0) {
-                const int lane = static_cast<int>(std::bit_width(kept)) - 1;
-                kept ^= 1u << lane;
-                stack[waiting++] = {&node, lane, (fine >> lane & 1) != 0};
-            }
-        };
-        expand(bvh_.nodes[bvh_.root]);
-        while (waiting > 0) {
-            const Waiting next = stack[--waiting];
-            const std::uint32_t child = next.node->child[next.lane];
-            if (next.fine || (child & BvhNode::block_bit) != 0 ||
-                count_ + waiting + BvhNode::lanes > most)
-                add(*next.node, next.lane);
-            else expand(bvh_.nodes[child]);
-        }
-        close();
+            return kept;
+        });
+    }
+    /// The same for points with their tangent planes: the parts that come above them; none when no
+    /// triangle there can stop a ray of the points.
+    void collect(const TangentPlanes& points)
+    {
+        count_ = 0;
+        if (bvh_.empty()) return;
+        gather([&](const BvhNode& node, unsigned& fine) { return points.reached(node, fine); });
+        for (int i = 0; i < count_; ++i)
+            if (may_meet(points, nodes_[i / BvhNode::lanes].child[i % BvhNode::lanes])) return;
+        count_ = 0;
+    }
+    /// Whether no triangle of the hierarchy can stop a ray of the points; false when that takes long to
+    /// find out.
+    [[nodiscard]] bool nothing_meets(const TangentPlanes& points) const
+    {
+        return bvh_.empty() || !may_meet(points, bvh_.root);
     }
 
     /// Whether anything within these parts stops a ray; all of the hierarchy that it can meet must lie
@@ -114,6 +110,61 @@ public:
     [[nodiscard]] const BvhNode& node(int i) const { return nodes_[i]; }
 
 private:
+    /// Adds parts from the root down. choose(node, fine) tells the lanes that matter, and which are small
+    /// enough.
+    template <class Choose>
+    void gather(const Choose& choose)
+    {
+        // Lanes of nodes: parts already, or to be replaced by what they hold while there is room.
+        struct Waiting {
+            const BvhNode* node;
+            int lane;
+            bool fine;
+        };
+        Waiting stack[most];
+        int waiting = 0;
+        const auto expand = [&](const BvhNode& node) {
+            unsigned fine = 0;
+            unsigned kept = choose(node, fine);
+            while (kept != 0) {
+                const int lane = static_cast<int>(std::bit_width(kept)) - 1;
+                kept ^= 1u << lane;
+                stack[waiting++] = {&node, lane, (fine >> lane & 1) != 0};
+            }
+        };
+        expand(bvh_.nodes[bvh_.root]);
+        while (waiting > 0) {
+            const Waiting next = stack[--waiting];
+            const std::uint32_t child = next.node->child[next.lane];
+            if (next.fine || (child & BvhNode::block_bit) != 0 ||
+                count_ + waiting + BvhNode::lanes > most)
+                add(*next.node, next.lane);
+            else expand(bvh_.nodes[child]);
+        }
+        close();
+    }
+    /// Whether a triangle below a child may stop a ray of the points; true when that takes long.
+    [[nodiscard]] bool may_meet(const TangentPlanes& points, std::uint32_t root) const
+    {
+        std::uint32_t stack[BvhView::most_waiting];
+        int waiting = 0;
+        stack[waiting++] = root;
+        for (int visits = 0; waiting > 0; ++visits) {
+            if (visits == most_visits) return true;
+            const std::uint32_t next = stack[--waiting];
+            if ((next & BvhNode::block_bit) != 0) {
+                if (points.may_meet(bvh_.blocks[next & ~BvhNode::block_bit])) return true;
+                continue;
+            }
+            const BvhNode& node = bvh_.nodes[next];
+            unsigned fine = 0;
+            for (unsigned kept = points.reached(node, fine); kept != 0; kept &= kept - 1)
+                stack[waiting++] = node.child[std::countr_zero(kept)];
+        }
+        return false;
+    }
+    /// Nodes and blocks that a proof may look at.
+    static constexpr int most_visits = 256;
     void add(const BvhNode& from, int lane)
     {
         BvhNode& node = nodes_[count_ / BvhNode::lanes];

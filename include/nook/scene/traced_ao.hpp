@@ -18,19 +18,13 @@
 #include <nook/scene/camera.hpp>
 #include <nook/scene/traced_batch.hpp>
 #include <nook/scene/traced_images.hpp>
+#include <nook/scene/traced_input.hpp>
 #include <nook/scene/traced_options.hpp>
 #include <nook/scratch.hpp>
 #include <nook/tasks.hpp>
 #include <nook/work_map.hpp>
 
 namespace nook {
-
-/// Which triangle each pixel shows, as `rasterise` writes it, and the mesh that the ids index: the one
-/// that the hierarchy was built from. `no_face` and ids beyond the mesh: as without ids.
-struct SourceFaces {
-    ImageView<const std::uint32_t> ids{};
-    MeshView mesh{};
-};
 
 /// Points on surfaces, in world space: vertices or texels to bake.
 struct ShadingPoints {
@@ -115,56 +109,6 @@ void traced_directions(const Options& options, const glm::dvec3& normal, std::ui
 
 namespace detail {
 
-/// A bound on how far below its surface a shading point in view space may lie.
-///
-/// The depth is one step off at most, which moves the point along the ray of its pixel: |n · r| steps
-/// across the surface. The rasteriser draws the surface up to `position_error` pixels from its place:
-/// |n_x| / f_x and |n_y| / f_y per pixel at unit distance. The normal is a rounded float. The rest is
-/// rounding in double, of coordinates as large as the viewer's, the point's and the scene's: 2⁻⁵³
-/// each, times 2⁹ for the handful of operations and the thin triangles that amplify them.
-[[nodiscard]] inline double point_error(const Projection& projection, const Vector3& view,
-                                        const Vector3& normal, double depth_step,
-                                        double position_error)
-{
-    const double distance = -view.z;
-    const double scale = projection.orthographic ? 1 : distance;
-    const Vector3 along = projection.orthographic
-                              ? Vector3{0, 0, -1}
-                              : Vector3{view.x / distance, view.y / distance, -1};
-    const double across = std::fabs(dot(normal, along)) + rounded(0x1p-22 * (1 + largest(along)));
-    const double per_pixel =
-        std::fabs(normal.x) / projection.fx + std::fabs(normal.y) / projection.fy;
-    return rounded(depth_step * across) + rounded(position_error * scale * per_pixel);
-}
-inline constexpr double rounding_error = 0x1p-44;
-
-/// A point in world space that has been lifted off its surface by what may be wrong with it.
-[[nodiscard]] inline ShadingPoint lifted_point(const Bvh& bvh, const Vector3& world,
-                                               const Vector3& normal, double lift,
-                                               std::uint32_t sample)
-{
-    return {bvh.space().to_scene(world + normal * lift), normal, normal, 0, sample};
-}
-/// A point in world space that lies on a triangle of the mesh, or off it along its normal.
-[[nodiscard]] inline ShadingPoint point_on_face(const Bvh& bvh, const Vector3& world,
-                                                const Vector3& normal, const Triangle& face,
-                                                double lift, std::uint32_t sample)
-{
-    const Vector3 plane = normalised(cross(face.b - face.a, face.c - face.a));
-    const Vector3 surface = dot(plane, normal) < 0 ? -plane : plane;
-    const Vector3 foot = world - surface * dot(surface, world - face.a);
-    // Vertices of coplanar triangles are rounded to float, each in its own way; across the plane by the
-    // share that each axis has in its normal.
-    const auto across = [&](double share, double a, double b, double c) {
-        return std::fabs(share) * (std::max)({std::fabs(a), std::fabs(b), std::fabs(c)});
-    };
-    const double size = rounded(across(surface.x, face.a.x, face.b.x, face.c.x)) +
-                        rounded(across(surface.y, face.a.y, face.b.y, face.c.y)) +
-                        rounded(across(surface.z, face.a.z, face.b.z, face.c.z));
-    const double slack = 0x1p-23 * size * bvh.space().scale;
-    return {bvh.space().to_scene(foot + surface * lift), normal, surface, slack, sample};
-}
-
 /// Writes what a pixel gets. Bent normals are turned by `turn`.
 template <class Images, class Turn>
 void write_point(const Images& images, int x, int y, const PointSums& sums, const Vector3& normal,
@@ -188,6 +132,24 @@ void write_point(const Images& images, int x, int y, const PointSums& sums, cons
     if constexpr (Images::has_weight) images.weight(x, y) = static_cast<V>(sums.count);
 }
 
+/// Writes a tile of which every surface is open in all directions, `rays` in number, and the rest
+/// background. No bent normals.
+template <class Input, class Images>
+void write_open(const Input& input, const Images& images, const PixelRect& tile, int directions,
+                std::uint64_t rays, Work& work)
+{
+    PointSums open;
+    open.open = open.count = directions;
+    for (int y = tile.top; y < tile.bottom; ++y)
+        for (int x = tile.left; x < tile.right; ++x) {
+            const bool surface = surface_distance(input.source(), x, y) > 0;
+            if (surface) work.skipped_rays += rays;
+            else ++work.background;
+            write_point(images, x, y, surface ? open : PointSums{}, Vector3{0, 0, 0},
+                        [](const Vector3& v) { return v; });
+        }
+}
+
 template <class Images, class Options>
 [[nodiscard]] Error check_traced(const Images& images, const Options& options)
 {
@@ -207,25 +169,15 @@ Outcome trace_g_buffer(const Bvh& bvh, const Depth& depth, const ImageView3<cons
     const int width = source.image.width, height = source.image.height;
     Outcome outcome{};
     Error& error = outcome.error;
-    if ((error = check_source(source))) return outcome;
-    const auto check_read = [&](const auto& image, const char* name) -> Error {
-        if (const Error failed = check_input(image, name)) return failed;
-        if (const Error failed = check_same_size(source.image, image, name)) return failed;
-        return check_each_image(images, [&](const auto& output, const char* written) {
-            return check_apart(image, output, written);
-        });
-    };
-    const ImageView<const float>* const channels[3] = {&normals.x, &normals.y, &normals.z};
-    const char* const names[3] = {"normals.x", "normals.y", "normals.z"};
-    for (int k = 0; k < 3; ++k)
-        if ((error = check_read(*channels[k], names[k]))) return outcome;
-    if (faces != nullptr) {
-        if ((error = check_read(faces->ids, "faces.ids"))) return outcome;
-        if ((error = check_mesh(faces->mesh))) return outcome;
-    }
+    if ((error = check_traced_input(source, normals, faces))) return outcome;
     if ((error = check_output(images.visibility, "visibility"))) return outcome;
     if ((error = check_same_size(source.image, images.visibility, "visibility"))) return outcome;
-    if ((error = check_read(source.image, "depth"))) return outcome;
+    if ((error = check_each_input(source, normals, faces, [&](const auto& image, const char*) {
+             return check_each_image(images, [&](const auto& output, const char* written) {
+                 return check_apart(image, output, written);
+             });
+         })))
+        return outcome;
     if ((error = check_traced(images, options))) return outcome;
     if ((error = check_projection(projection))) return outcome;
     if ((error = check_frame(frame))) return outcome;
@@ -236,51 +188,53 @@ Outcome trace_g_buffer(const Bvh& bvh, const Depth& depth, const ImageView3<cons
         return outcome;
     if (source.image.empty()) return outcome;
 
-    const Frame axes{frame};
+    const TracedInput input{bvh, source, normals, faces, projection, frame, options.position_error};
     const PointTracer<Options, Images::has_bent> tracer{bvh, options};
-    const auto to_view = [&](const Vector3& v) { return axes.direction_to_view(v); };
-    const auto shading_point = [&](int x, int y, double distance, const Vector3& normal) {
-        const ViewPoint at = view_point(projection, x + 0.5, y + 0.5, distance);
-        const Vector3 view{at.x, at.y, at.z};
-        const double rounding =
-            rounding_error * (largest(axes.origin) + largest(view) + rounded(2 * bvh.size()));
-        const Vector3 up = normalised(axes.direction_to_world(normal));
-        const Vector3 world = axes.origin + axes.direction_to_world(view);
-        const std::uint32_t sample =
-            hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-        if (faces != nullptr) {
-            const std::uint32_t id = faces->ids(x, y);
-            if (id < faces->mesh.triangle_count && is_usable_triangle(faces->mesh, id))
-                return point_on_face(bvh, world, up, mesh_triangle(faces->mesh, id), rounding,
-                                     sample);
-        }
-        const double lift =
-            rounded(rounding) +
-            point_error(projection, view, normal, source.step(distance), options.position_error);
-        return lifted_point(bvh, world, up, lift, sample);
-    };
-    constexpr int tile = 8;
+    const auto to_view = [&](const Vector3& v) { return input.axes().direction_to_view(v); };
+    const auto as_it_is = [](const Vector3& v) { return v; };
+    // What an exact map spares is open, but its directions are still asked for.
+    const bool keeps_rest = work_map.exact && (Images::has_bent || Images::has_weight);
+    const Neighbourhood nowhere{BvhView{}};
+    const std::uint64_t open_rays =
+        static_cast<std::uint64_t>(options.directions) * tracer.rays_per_open_direction();
     const auto trace_band = [&](Work& work, int, int task, int) {
         Neighbourhood around{bvh.view()};
         TracedBatch batch;
-        const int top = task * tile, bottom = top + (std::min)(tile, height - top);
-        for (int column = 0; column < pieces(width, tile); ++column) {
-            const int left = column * tile, right = left + (std::min)(tile, width - left);
+        TangentPlanes planes{rounded_up(tracer.reach())};
+        const int top = task * traced_tile, bottom = top + (std::min)(traced_tile, height - top);
+        for (int column = 0; column < pieces(width, traced_tile); ++column) {
+            const int left = column * traced_tile,
+                      right = left + (std::min)(traced_tile, width - left);
+            const PixelRect tile{left, top, right, bottom};
+            if constexpr (!Images::has_bent) {
+                // Most of what is open is open as a whole.
+                const TilePixels found = input.scan(tile, work_map, planes);
+                if (found == TilePixels::background ||
+                    (found == TilePixels::flat && around.nothing_meets(planes))) {
+                    write_open(input, images, tile, options.directions, open_rays, work);
+                    continue;
+                }
+            }
             for (int y = top; y < bottom; ++y)
                 for (int x = left; x < right; ++x) {
                     const auto distance = surface_distance(source, x, y);
-                    const Vector3 stored{double{normals.x(x, y)}, double{normals.y(x, y)},
-                                         double{normals.z(x, y)}};
-                    const Vector3 normal =
-                        is_finite(stored) ? normalised(stored) : Vector3{0, 0, 0};
-                    const bool surface = distance > 0 && dot(normal, normal) > 0;
-                    if (surface && work_map.is_active(x, y)) {
-                        batch.add(x, y) = shading_point(x, y, double{distance}, normal);
-                        continue;
+                    const bool surface = distance > 0 && input.has_normal(x, y);
+                    const bool active = work_map.is_active(x, y);
+                    if (surface && (active || keeps_rest)) {
+                        const ShadingPoint point =
+                            input.point(x, y, double{distance}, input.normal(x, y));
+                        if (active) batch.add(x, y) = point;
+                        else
+                            write_point(images, x, y, tracer.trace(nowhere, point), point.normal,
+                                        to_view);
+                    } else {
+                        write_point(
+                            images, x, y, {},
+                            surface && Images::has_bent ? input.normal(x, y) : Vector3{0, 0, 0},
+                            as_it_is);
                     }
-                    ++(surface ? work.skipped : work.background);
-                    write_point(images, x, y, {}, surface ? normal : Vector3{0, 0, 0},
-                                [](const Vector3& v) { return v; });
+                    if (!surface) ++work.background;
+                    else if (!active) ++work.skipped;
                 }
             batch.trace(tracer, around, work,
                         [&](const PointSums& sums, const ShadingPoint& point, int x, int y) {
@@ -288,7 +242,7 @@ Outcome trace_g_buffer(const Bvh& bvh, const Depth& depth, const ImageView3<cons
                         });
         }
     };
-    outcome = run_tasks(pieces(height, tile), NoMemory{}, trace_band, scratch, executor);
+    outcome = run_tasks(pieces(height, traced_tile), NoMemory{}, trace_band, scratch, executor);
     if (!outcome) return outcome;
     outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     outcome.work.passes = 1;

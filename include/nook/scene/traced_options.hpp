@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include <nook/checks.hpp>
+#include <nook/scene/adaptive_directions.hpp>
 #include <nook/scene/falloff.hpp>
 #include <nook/scene/occluder_colour.hpp>
 #include <nook/scene/sampling.hpp>
@@ -17,18 +18,21 @@ namespace nook::inline NOOK_TARGET {
 /// mean `TracedOptions<>`; anything else is spelled:
 /// `TracedOptions<ExponentialFalloff, SecondaryRays>{.radius = 2, .falloff = {1.5}}`.
 template <Falloff F = StepFalloff, class Secondary = NoSecondaryRays,
-          OccluderColour Colour = NoColour>
+          OccluderColour Colour = NoColour, class Stopping = FixedDirections>
 struct TracedOptions {
     static_assert(std::same_as<Secondary, NoSecondaryRays> ||
                   std::same_as<Secondary, SecondaryRays>);
+    static_assert(std::same_as<Stopping, FixedDirections> ||
+                  std::same_as<Stopping, AdaptiveDirections>);
     static constexpr bool has_falloff = !std::same_as<F, StepFalloff>;
     static constexpr bool has_secondary = std::same_as<Secondary, SecondaryRays>;
     static constexpr bool has_colour = !std::same_as<Colour, NoColour>;
+    static constexpr bool is_adaptive = std::same_as<Stopping, AdaptiveDirections>;
 
     /// How far occluders reach, in world units, ≥ 0, included; infinite: all of the scene. Secondary
     /// rays need a finite one.
     double radius = std::numeric_limits<double>::infinity();
-    /// Directions per point, ≥ 1. Powers of two converge fastest.
+    /// Directions per point, at most for `AdaptiveDirections`, ≥ 1. Powers of two converge fastest.
     int directions = 256;
     /// Chooses the directions.
     std::uint32_t seed = 0;
@@ -42,11 +46,13 @@ struct TracedOptions {
     [[no_unique_address]] F falloff{};
     [[no_unique_address]] Secondary secondary{};
     [[no_unique_address]] Colour colour{};
+    [[no_unique_address]] Stopping stopping{};
 };
 
 /// Checks the ranges of the options.
-template <class F, class Secondary, class Colour>
-[[nodiscard]] Error check_traced_options(const TracedOptions<F, Secondary, Colour>& options)
+template <class F, class Secondary, class Colour, class Stopping>
+[[nodiscard]] Error check_traced_options(
+    const TracedOptions<F, Secondary, Colour, Stopping>& options)
 {
     if (detail::is_nan(options.radius) || options.radius < 0)
         return {ErrorCode::bad_value, "options.radius", options.radius,
@@ -77,6 +83,15 @@ template <class F, class Secondary, class Colour>
     if constexpr (std::same_as<Colour, FaceAlbedo>)
         if (options.colour.rgb == nullptr)
             return {ErrorCode::null_data, "options.colour.rgb", 0, "three floats per face"};
+    if constexpr (std::same_as<Stopping, AdaptiveDirections>) {
+        if (const Error error =
+                detail::check_at_least(options.stopping.tolerance, 0, "options.stopping.tolerance",
+                                       "a finite number >= 0"))
+            return error;
+        if (options.stopping.least < 1)
+            return {ErrorCode::bad_value, "options.stopping.least", double(options.stopping.least),
+                    "a number >= 1"};
+    }
     return {};
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include <nook/lanes.hpp>
+#include <nook/scene/adaptive_directions.hpp>
 #include <nook/scene/bvh.hpp>
 #include <nook/scene/directions.hpp>
 #include <nook/scene/hemisphere.hpp>
@@ -30,6 +31,8 @@ struct ShadingPoint {
 /// Sums over the directions that count.
 struct PointSums {
     double open = 0;
+    /// The sum of squares, for adaptive directions.
+    double squares = 0;
     int count = 0;
     Vector3 bent{0, 0, 0};
     double colour[3] = {};
@@ -106,6 +109,13 @@ public:
     }
     /// How far from a point anything may matter, in scene space.
     [[nodiscard]] double reach() const { return reach_; }
+    /// A direction that nothing stops and its secondary rays.
+    [[nodiscard]] std::uint64_t rays_per_open_direction() const
+    {
+        if constexpr (Options::has_secondary)
+            return half_ > 0 ? 1 + static_cast<std::uint64_t>(segments()) : 1;
+        else return 1;
+    }
 
     [[nodiscard]] PointSums trace(const Neighbourhood& around, const ShadingPoint& point) const
     {
@@ -114,12 +124,12 @@ public:
             return open(point);
         PointSums sums;
         const Hemisphere hemisphere{around, point.start, point.surface, radius_, point.slack};
-        RayFan fan;
-        for_each_batch(options_.directions, [&](std::uint32_t first, int count) {
-            fill_fan(options_, point.normal, point.sample, first, count, fan);
-            fan.complete(point.surface);
-            trace(around, hemisphere, point, fan, first, sums);
-        });
+        int directions = options_.directions;
+        if constexpr (Options::is_adaptive) {
+            if (hemisphere.nothing_above()) return open(point);
+            directions = chosen_directions(around, hemisphere, point, sums);
+        }
+        trace(around, hemisphere, point, directions, sums);
         return sums;
     }
 
@@ -131,7 +141,8 @@ private:
         if constexpr (!wants_bent) {
             if (dot(point.normal, point.surface) > 1 - 0x1p-40) {
                 sums.open = sums.count = options_.directions;
-                sums.skipped_rays = static_cast<std::uint64_t>(options_.directions);
+                sums.skipped_rays =
+                    static_cast<std::uint64_t>(options_.directions) * rays_per_open_direction();
                 return sums;
             }
         }
@@ -141,7 +152,8 @@ private:
             fan.complete(point.surface);
             const RayMask counted = above_surface(fan, point);
             sums.count += std::popcount(counted);
-            sums.skipped_rays += static_cast<std::uint64_t>(std::popcount(counted));
+            sums.skipped_rays +=
+                static_cast<std::uint64_t>(std::popcount(counted)) * rays_per_open_direction();
             for (RayMask left = counted; left != 0; left &= left - 1)
                 let_through(fan, std::countr_zero(left), 1, sums);
         });
@@ -157,6 +169,42 @@ private:
         return above;
     }
 
+    /// How many directions a point takes. Counts the pilot, and what is spared.
+    [[nodiscard]] int chosen_directions(const Neighbourhood& around, const Hemisphere& hemisphere,
+                                        const ShadingPoint& point, PointSums& sums) const
+    {
+        const AdaptiveDirections& stopping = options_.stopping;
+        const int all = options_.directions, least = stopping.least;
+        const double calmest = pilot_variance(least, least, least);
+        const int fewest = enough_directions(stopping, calmest, all);
+        int count = enough_directions(stopping, largest_variance, all), spent = 0;
+        // A pilot is asked where it may save more than it costs, and leaves room for what it may ask for.
+        if (least < count - fewest && count <= all - least) {
+            ShadingPoint elsewhere = point;
+            elsewhere.sample = hash(~point.sample);
+            PointSums pilot;
+            trace(around, hemisphere, elsewhere, least, pilot);
+            double variance = pilot_variance(pilot.open, pilot.squares, pilot.count);
+            // Directions below the surface tell nothing.
+            variance *= static_cast<double>(least) / (std::max)(pilot.count, 1);
+            count = enough_directions(stopping, variance, all - least);
+            sums.rays = pilot.rays;
+            sums.skipped_rays = pilot.skipped_rays;
+            spent = least;
+        }
+        sums.skipped_rays += static_cast<std::uint64_t>(all - spent - count);
+        return count;
+    }
+    void trace(const Neighbourhood& around, const Hemisphere& hemisphere, const ShadingPoint& point,
+               int directions, PointSums& sums) const
+    {
+        RayFan fan;
+        for_each_batch(directions, [&](std::uint32_t first, int count) {
+            fill_fan(options_, point.normal, point.sample, first, count, fan);
+            fan.complete(point.surface);
+            trace(around, hemisphere, point, fan, first, sums);
+        });
+    }
     void trace(const Neighbourhood& around, const Hemisphere& hemisphere, const ShadingPoint& point,
                const RayFan& fan, std::uint32_t first, PointSums& sums) const
     {
@@ -201,12 +249,14 @@ private:
                 let_through(fan, std::countr_zero(left), 1, sums);
         } else {
             sums.open += std::popcount(open);
+            if constexpr (Options::is_adaptive) sums.squares += std::popcount(open);
         }
     }
 
     void let_through(const RayFan& fan, int i, double share, PointSums& sums) const
     {
         sums.open += share;
+        if constexpr (Options::is_adaptive) sums.squares += rounded(share * share);
         if constexpr (wants_bent) sums.bent = sums.bent + direction(fan, i) * share;
     }
     void stop(const RayFan& fan, int i, const Hit& hit, PointSums& sums) const

@@ -18,6 +18,7 @@
 #include <nook/surface/bilateral_rows.hpp>
 #include <nook/surface/bilateral_weight.hpp>
 #include <nook/surface/normal_source.hpp>
+#include <nook/surface/shade_runs.hpp>
 #include <nook/tasks.hpp>
 #include <nook/work_map.hpp>
 
@@ -62,6 +63,13 @@ namespace nook::inline NOOK_TARGET {
 /// computed so. Instruction sets agree to 1e-4 of the range of the values (5e-4 with -ffast-math): more
 /// than rounding, because weights hang on differences of distances. The same bits for any number of
 /// threads.
+///
+/// Where there is nothing to blur it is left out: a window of ones gives exactly 1, and of groups whose
+/// windows hold nothing else only the depths are read, to tell their background. Their surfaces count as
+/// skipped, and so does the pass if nothing else is left. This finds by itself what kernels before
+/// left out. Do not pass on their work maps: the shade of a group reaches `radius` pixels into groups
+/// that held none, and a map that does not know this would cut it off there, in outlines around all
+/// that was left out. A map given here tells which pixels of the result are wanted.
 ///
 /// `blurred` shares no memory with the inputs. The scratch holds 6 radius rows per worker or so.
 template <class In, DepthInput Depth, class Out, ScratchSource S = HeapScratch, Executor E = Serial>
@@ -135,6 +143,34 @@ struct BlurKernel {
     }
 };
 
+/// What a worker needs: the rows within reach of one, and the plan of what to do.
+template <class Rows>
+struct BlurLayout {
+    /// Rows and columns around a pixel that are looked at: two for its slope.
+    int reach;
+    Rows rows;
+    ShadePlan plan;
+
+    BlurLayout(int width, int radius, bool with_normals)
+        : reach{radius > 2 ? radius : 2},
+          rows{width, 2 * reach + 1, reach, with_normals},
+          plan{width, reach}
+    {}
+    struct Memory {
+        typename Rows::Memory rows;
+        ShadePlan::Memory plan;
+    };
+    [[nodiscard]] Memory take(ScratchLayout& block, std::size_t workers) const
+    {
+        const auto first = rows.take(block, workers);
+        return {first, plan.take(block, workers)};
+    }
+    [[nodiscard]] Memory of(const Memory& memory, int worker) const
+    {
+        return {rows.of(memory.rows, worker), plan.of(memory.plan, worker)};
+    }
+};
+
 /// A blur of one image. Each task blurs the rows of a band, which takes `reach` more rows on each side.
 template <bool with_normals, class Real, class Source, class In, class Out>
 class BilateralBlur {
@@ -143,16 +179,11 @@ public:
     using Rows = GuideRows<Real, Distance>;
     using Vector = typename Rows::Vector;
     using Row = GuideRow<Real>;
+    using Layout = BlurLayout<Rows>;
     static constexpr int lanes = Rows::lanes, group = WorkMap::group;
 
     /// Rows of a band: more of them the more rows a band takes beside it.
     static constexpr int band(int radius) { return 64 + 8 * radius; }
-    /// Rows and columns around a pixel that are looked at: two for its slope.
-    static constexpr int reach(int radius) { return radius > 2 ? radius : 2; }
-    static Rows layout(int width, int radius)
-    {
-        return {width, 2 * reach(radius) + 1, reach(radius), with_normals};
-    }
 
     const Source& source;
     const NormalSource* normals;
@@ -162,62 +193,107 @@ public:
     int radius;
     EdgeRule<Real> rule;
     BlurKernel<Real> kernel;
-    Rows rows = layout(visibility.width, radius);
+    Layout layout{visibility.width, radius, with_normals};
 
-    void run(Work& work, const typename Rows::Memory& memory, int task) const
+    void run(Work& work, const typename Layout::Memory& memory, int task) const
     {
-        const int height = blurred.height, beside = reach(radius), slots = 2 * beside + 1;
+        const Rows& rows = layout.rows;
+        const int height = blurred.height, beside = layout.reach, slots = 2 * beside + 1;
         const int first = task * band(radius);
         const int last = (std::min)(first + band(radius), height) - 1;
-        rows.clear(memory);
+        bool is_clear = false;
+        layout.plan.clear(memory.plan);
         Row ring[2 * largest_blur_radius + 2];
-        for (int slot = 0; slot <= slots; ++slot) ring[slot] = rows.row(memory, slot);
+        for (int slot = 0; slot <= slots; ++slot) ring[slot] = rows.row(memory.rows, slot);
         const auto row_of = [&](int y) -> const Row& {
             return ring[y >= 0 && y < height ? y % slots : slots];
         };
-        for (int next = first - beside; next <= last + beside; ++next) {
+        for (int seen = first - beside; seen <= last + 3 * beside; ++seen) {
+            look(memory, seen, first, last);
+            const int next = seen - 2 * beside;
+            if (next < first - beside) continue;
             if (next >= 0 && next < height) {
+                const bool needed =
+                    layout.plan.find_needed(memory.plan, layout.plan.shade(memory.plan, next));
                 const Row& row = row_of(next);
-                read(work, memory, next, next >= first && next <= last, row);
-                if (next >= first - radius && next <= last + radius)
-                    blur_row(next, row, rows.values(memory));
+                if (needed && !is_clear) rows.clear(memory.rows);
+                is_clear = is_clear || needed;
+                read(work, memory, next, next >= first && next <= last, needed, row);
+                if (needed && next >= first - radius && next <= last + radius)
+                    blur_row(next, row, memory);
             }
             const int y = next - beside;
             if (y < first) continue;
             Row around[2 * largest_blur_radius + 1];
             for (int i = -beside; i <= beside; ++i) around[i + beside] = row_of(y + i);
-            blur_columns(y, around + beside);
+            const int ahead = (std::min)(seen + 1, height - 1);
+            blur_columns(y, around + beside, layout.plan.work(memory.plan, y),
+                         &visibility(0, ahead));
         }
     }
 
 private:
-    /// Fills a row and the values of the same pixels.
-    void read(Work& work, const typename Rows::Memory& memory, int y, bool counted,
+    /// Looks for shade in a row, and finds out what to do `reach` rows above it.
+    void look(const typename Layout::Memory& memory, int seen, int first, int last) const
+    {
+        const int beside = layout.reach, y = seen - beside;
+        std::uint8_t* const shade = layout.plan.shade(memory.plan, seen);
+        if (seen < 0 || seen >= blurred.height || seen > last + beside) {
+            layout.plan.clear(shade);
+        } else {
+            find_shade(&visibility(0, seen), visibility.pixel_stride,
+                       {blurred.width, group, radius, radius}, layout.plan.groups(), shade);
+        }
+        layout.plan.find_work(memory.plan, seen);
+        if (y < first || y > last) layout.plan.clear(layout.plan.work(memory.plan, y));
+        layout.plan.set_work(memory.plan, y, map);
+    }
+
+    /// Fills what is needed of a row, and the values of the same pixels.
+    void read(Work& work, const typename Layout::Memory& memory, int y, bool counted, bool needed,
               const Row& row) const
     {
         const int width = blurred.width;
-        const Background background = rows.read(source, rule, y, memory, row);
-        Real* const values = rows.values(memory);
+        if (!needed) {
+            if (counted) count_spared<lanes>(work, source, {0, width}, y);
+            return;
+        }
+        const std::uint8_t* const worked_on = layout.plan.work(memory.plan, y);
+        for_each_run(layout.plan.needed(memory.plan), width,
+                     [&](const GroupRun& run, bool is_needed) {
+                         if (is_needed)
+                             read(work, memory, y, counted ? worked_on : nullptr, run, row);
+                         else if (counted) count_spared<lanes>(work, source, run, y);
+                     });
+    }
+    /// `counted`: the groups of a row whose pixels are counted that are not spared.
+    void read(Work& work, const typename Layout::Memory& memory, int y, const std::uint8_t* counted,
+              const GroupRun& run, const Row& row) const
+    {
+        const Rows& rows = layout.rows;
+        const Background background = rows.read(source, rule, run, y, memory.rows, row);
+        Real* const values = rows.values(memory.rows);
         const In* const in = &visibility(0, y);
-        int x = 0;
+        int x = run.begin;
         if constexpr (std::is_same_v<std::remove_const_t<In>, Real>) {
             if (visibility.pixel_stride == 1) {
-                for (; x + lanes <= width; x += lanes) store(values + x, load<lanes>(in + x));
+                for (; x + lanes <= run.end; x += lanes) store(values + x, load<lanes>(in + x));
             }
         }
-        for (; x < width; ++x) values[x] = static_cast<Real>(in[x * visibility.pixel_stride]);
+        for (; x < run.end; ++x) values[x] = static_cast<Real>(in[x * visibility.pixel_stride]);
 
         const Vector zero{};
-        for (x = 0; x < width; x += group) {
-            const bool active = map.is_active(x, y);
-            if (counted) count_pixels(work, background, row, x, width, active);
-            if (!active && !map.exact) {
+        for (x = run.begin; x < run.end; x += group) {
+            const bool spared = counted != nullptr && counted[x / group] == 0;
+            if (counted != nullptr) count_pixels(work, background, row, x, blurred.width, !spared);
+            if (!map.exact && !map.is_active(x, y)) {
                 for (int i = 0; i < group; ++i) row.distance[x + i] = row.value[x + i] = 0;
                 continue;
             }
             if constexpr (with_normals) {
                 const int lost = rows.read_normals(*normals, x, y, row);
-                if (counted && active) work.background += static_cast<std::uint64_t>(lost);
+                if (counted != nullptr && !spared)
+                    work.background += static_cast<std::uint64_t>(lost);
             }
             for (int i = x; i < x + group; i += lanes) {
                 const Vector value = load<lanes>(values + i);
@@ -228,46 +304,44 @@ private:
         }
     }
 
-    /// Are the rows of a group of any use? Columns reach `radius` rows up and down.
-    [[nodiscard]] bool is_needed(int x, int y) const
+    void blur_row(int y, const Row& row, const typename Layout::Memory& memory) const
     {
-        if (map.is_active(x, y)) return true;
-        if (!map.exact) return false;
-        const int first = (std::max)(y - radius, 0);
-        const int last = (std::min)(y + radius, blurred.height - 1);
-        for (int at = first; at <= last; ++at)
-            if (map.is_active(x, at)) return true;
-        return false;
-    }
-
-    void blur_row(int y, const Row& row, Real* values) const
-    {
+        Real* const values = layout.rows.values(memory.rows);
+        const std::uint8_t* const needed = layout.plan.needed(memory.plan);
+        const std::uint8_t* const mixed = layout.plan.mixed(memory.plan);
         for (int x = 0; x < blurred.width; x += group) {
-            if (!is_needed(x, y)) continue;
+            if (mixed[x / group] == 0) {
+                if (needed[x / group] != 0) std::fill_n(row.value + x, group, Real{1});
+                continue;
+            }
             for (int i = x; i < x + group; i += lanes) {
-                const auto at = [&](int step) NOOK_INLINE_LAMBDA {
-                    Row tap = row.from(i + step);
-                    tap.value = values + i + step;
-                    return tap;
+                Row here = row.template from<with_normals>(i);
+                here.value = values + i;
+                const auto at = [here](int step) NOOK_INLINE_LAMBDA {
+                    return here.template from<with_normals>(step);
                 };
                 store(row.value + i, blur<true>(i, y, at));
             }
         }
     }
 
-    /// `around[i]` is the row i below row y.
-    void blur_columns(int y, const Row* around) const
+    /// `around[i]` is the row i below row y, and `ahead` the row of values that is looked at next.
+    void blur_columns(int y, const Row* around, const std::uint8_t* worked_on,
+                      const In* ahead) const
     {
         const int width = blurred.width;
         const Row& row = around[0];
+        if (!layout.plan.any(worked_on)) return write_ones(blurred, {0, width}, y);
         for (int x = 0; x < width; x += group) {
             alignas(64) Real values[group];
-            if (!map.is_active(x, y)) {
+            prefetch(ahead + x * visibility.pixel_stride);
+            if (worked_on[x / group] == 0) {
                 for (Real& value : values) value = 1;
             } else {
                 for (int i = 0; i < group; i += lanes) {
-                    const auto at = [&](int step)
-                                        NOOK_INLINE_LAMBDA { return around[step].from(x + i); };
+                    const auto at = [&](int step) NOOK_INLINE_LAMBDA {
+                        return around[step].template from<with_normals>(x + i);
+                    };
                     const Vector value = blur<false>(x + i, y, at);
                     const auto surface = load<lanes>(row.distance + x + i) > Real{0};
                     store(values + i, surface ? value : Vector{} + Real{1});
@@ -352,16 +426,12 @@ Outcome blur(const ImageView<In>& visibility, const Depth& depth, const NormalSo
                     work_map, options.radius, rule,       BlurKernel<Real>{options}};
     Outcome outcome = run_tasks(
         pieces(blurred.height, Blur::band(options.radius)),
-        [&](ScratchLayout& block, std::size_t workers) { return pass.rows.take(block, workers); },
+        [&](ScratchLayout& block, std::size_t workers) { return pass.layout.take(block, workers); },
         [&](Work& work, const auto& memory, int task, int worker) {
-            pass.run(work, pass.rows.of(memory, worker), task);
+            pass.run(work, pass.layout.of(memory, worker), task);
         },
         scratch, executor);
-    if (outcome) {
-        outcome.work.pixels =
-            static_cast<std::uint64_t>(blurred.width) * static_cast<std::uint64_t>(blurred.height);
-        outcome.work.passes = 1;
-    }
+    if (outcome) count_pass(outcome.work, blurred.width, blurred.height);
     return outcome;
 }
 
@@ -394,10 +464,9 @@ std::size_t bilateral_blur_scratch_size(const ImageView<In>& visibility, const D
 {
     if (workers < 1 || visibility.empty() || detail::check_options(options)) return 0;
     using Rows = detail::GuideRows<detail::guide_real<In, Depth, Out>, distance_t<Depth>>;
-    const int reach = options.radius > 2 ? options.radius : 2;
-    const Rows rows{visibility.width, 2 * reach + 1, reach, with_normals};
+    const detail::BlurLayout<Rows> layout{visibility.width, options.radius, with_normals};
     return detail::task_scratch_size(
-        [&](detail::ScratchLayout& block, std::size_t count) { return rows.take(block, count); },
+        [&](detail::ScratchLayout& block, std::size_t count) { return layout.take(block, count); },
         workers);
 }
 

@@ -15,6 +15,7 @@
 #include <nook/scratch.hpp>
 #include <nook/surface/bilateral_weight.hpp>
 #include <nook/surface/normal_source.hpp>
+#include <nook/surface/shade_runs.hpp>
 #include <nook/work_map.hpp>
 
 /// Rows of an image in working memory, decoded once, with a margin of background: what the weights of
@@ -50,15 +51,12 @@ struct GuideRow {
     Real* nz = nullptr;
 
     /// The same from pixel x on.
+    template <bool with_normals>
     [[nodiscard]] NOOK_INLINE GuideRow from(int x) const
     {
-        const bool with_normals = screen == nullptr;
-        return {distance + x,
-                with_normals ? nullptr : screen + x,
-                value + x,
-                with_normals ? nx + x : nullptr,
-                with_normals ? ny + x : nullptr,
-                with_normals ? nz + x : nullptr};
+        if constexpr (with_normals)
+            return {distance + x, nullptr, value + x, nx + x, ny + x, nz + x};
+        else return {distance + x, screen + x, value + x};
     }
 };
 
@@ -127,22 +125,23 @@ public:
         return memory.rows + std::ptrdiff_t{(slots_ + 1) * planes_} * stride_ + margin_;
     }
 
-    /// Decodes the distances of row y, and what is linear on screen.
+    /// Decodes the distances of row y in the columns of a run, and what is linear on screen.
     template <class Source>
-    Background read(const Source& source, const EdgeRule<Real>& rule, int y, const Memory& memory,
-                    const GuideRow<Real>& row) const
+    Background read(const Source& source, const EdgeRule<Real>& rule, const GroupRun& run, int y,
+                    const Memory& memory, const GuideRow<Real>& row) const
     {
         Background background{};
+        const int count = run.end - run.begin;
         if constexpr (std::is_same_v<Real, Distance>) {
-            background = read_row<lanes>(source, 0, width_, y, row.distance);
+            background = read_row<lanes>(source, run.begin, count, y, row.distance + run.begin);
         } else {
-            background = read_row<1>(source, 0, width_, y, memory.distances);
-            for (int x = 0; x < width_; ++x) row.distance[x] = memory.distances[x];
+            background = read_row<1>(source, run.begin, count, y, memory.distances);
+            for (int i = 0; i < count; ++i) row.distance[run.begin + i] = memory.distances[i];
         }
         const Vector zero{}, nearest = zero + GuideRange<Real>::nearest,
                              farthest = zero + GuideRange<Real>::farthest;
         // What the vectors below reach beyond the width is 0 and stays so.
-        for (int x = 0; x < width_; x += lanes) {
+        for (int x = run.begin; x < run.end; x += lanes) {
             const Vector distance = load<lanes>(row.distance + x);
             const Vector clamped =
                 distance > zero ? smaller(larger(distance, nearest), farthest) : zero;
@@ -191,7 +190,7 @@ template <class Real>
     return surfaces;
 }
 
-/// Counts the background of 16 pixels from x on, and their surfaces if the work map spares them.
+/// Counts the background of 16 pixels from x on, and their surfaces if they are spared.
 template <class Real>
 void count_pixels(Work& work, Background background, const GuideRow<Real>& row, int x, int width,
                   bool active)

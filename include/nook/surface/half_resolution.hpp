@@ -97,8 +97,8 @@ inline Outcome half_work_map(const WorkMap& full, const ImageView<std::uint8_t>&
             bool any = false;
             for (int row = 2 * y - 1; row <= 2 * y + 1; ++row)
                 for (int column = 2 * x - 1; column <= 2 * x + 1; ++column)
-                    any = any || (row >= 0 && row < groups.height && column >= 0 &&
-                                  column < groups.width && groups(column, row) != 0);
+                    if (row >= 0 && row < groups.height && column >= 0 && column < groups.width)
+                        any = any || groups(column, row) != 0;
             active(x, y) = any ? 1 : 0;
         }
     Outcome outcome{};

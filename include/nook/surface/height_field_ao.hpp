@@ -18,6 +18,7 @@
 #include <nook/surface/height_field.hpp>
 #include <nook/surface/height_field_walk.hpp>
 #include <nook/surface/normal_source.hpp>
+#include <nook/surface/shade_runs.hpp>
 #include <nook/surface/slice_slopes.hpp>
 #include <nook/tasks.hpp>
 #include <nook/work_map.hpp>
@@ -62,6 +63,9 @@ namespace nook::inline NOOK_TARGET {
 /// crossings it falls between. Planes are exactly 1 at every tilt and in every encoding, but in images of
 /// one row or column and where a row ends at background: no slope is known there. Normals may
 /// be off by 2⁻¹⁷.
+///
+/// Inactive groups of the work map become exactly 1 and cost next to nothing; they still occlude others.
+/// Where all are inactive not even the height field is made.
 ///
 /// All arithmetic in double. Cost: slices × the radius in pixels; the outcome counts `samples`. The
 /// same bits for any number of threads. Tasks are bands of eight rows. Scratch: nine bytes per pixel.
@@ -221,6 +225,7 @@ Outcome height_field_ao(const Depth& depth, const NormalSource& normals,
 
     constexpr int band = 8;
     const int width = visibility.width, height = visibility.height;
+    const bool idle = detail::is_idle(work_map);
     const int tasks = detail::pieces(height, band);
     const auto field_in = [&](const detail::HeightFieldMemory& memory) {
         detail::HeightField field{width, height, projection, source.step};
@@ -240,7 +245,12 @@ Outcome height_field_ao(const Depth& depth, const NormalSource& normals,
         const detail::HeightField field = field_in(memory);
         detail::SlopeInterval* const intervals =
             memory.intervals + memory.capacity * static_cast<std::size_t>(worker);
-        for (int y = task * band; y < (std::min)(task * band + band, height); ++y)
+        for (int y = task * band; y < (std::min)(task * band + band, height); ++y) {
+            if (idle) {
+                detail::write_ones(visibility, {0, width}, y);
+                detail::count_spared<1>(work, source, {0, width}, y);
+                continue;
+            }
             for (int x = 0; x < width; ++x) {
                 visibility(x, y) = Value{1};
                 if (field[field.index(x, y)] == 0) {
@@ -261,13 +271,15 @@ Outcome height_field_ao(const Depth& depth, const NormalSource& normals,
                         intervals, work.samples));
                 }
             }
+        }
     };
     Outcome outcome = detail::run_tasks(detail::height_field_layout(width, height, options.slices),
-                                        fill, tasks, shade, tasks, scratch, executor);
+                                        fill, idle ? 0 : tasks, shade, tasks, scratch, executor);
     if (outcome) {
         outcome.work.pixels =
             static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-        outcome.work.passes = 1;
+        outcome.work.passes = idle ? 0 : 1;
+        outcome.work.skipped_passes = idle ? 1 : 0;
     }
     return outcome;
 }

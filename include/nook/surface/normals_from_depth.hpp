@@ -16,7 +16,9 @@
 #include <nook/image.hpp>
 #include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
+#include <nook/surface/shade_runs.hpp>
 #include <nook/tasks.hpp>
+#include <nook/work_map.hpp>
 
 namespace nook::inline NOOK_TARGET {
 
@@ -39,6 +41,15 @@ namespace nook::inline NOOK_TARGET {
 template <DepthInput Depth, class Value, Executor E = Serial>
 Outcome normals_from_depth(const Depth& depth, const ImageView3<Value>& normals,
                            const Projection& projection, E&& executor = E{});
+
+/// The same where a work map is active; the other groups get (0, 0, 0), and their surfaces count as
+/// skipped. For kernels that are given the same map or a part of it, and read the normals of their own
+/// pixels alone, as `alchemy_ao`, `horizon_ao` and `bitmask_ao` do. Not for the blur and the
+/// upsampling: to these a pixel without a normal is no surface.
+template <DepthInput Depth, class Value, Executor E = Serial>
+Outcome normals_from_depth(const Depth& depth, const ImageView3<Value>& normals,
+                           const Projection& projection, const WorkMap& work_map,
+                           E&& executor = E{});
 
 namespace detail {
 
@@ -171,10 +182,11 @@ struct NormalStrip {
         for (int i = -margin; i < width + margin; i += lanes)
             store(inverse + slot(y) + i, rule.inverse(load<lanes>(row + i)));
     }
-    /// Normals of `count` pixels from x on in row y; returns how many are background.
+    /// Normals of a run of pixels of row y, counted from the beginning of the strip at x; returns how
+    /// many are background.
     template <class Value>
-    int write(const NormalRule<Real>& rule, const Projection& projection, int x, int y, int count,
-              const ImageView3<Value>& normals) const
+    int write(const NormalRule<Real>& rule, const Projection& projection, int x, int y,
+              const GroupRun& run, const ImageView3<Value>& normals) const
     {
         constexpr int lanes = NormalRule<Real>::lanes;
         using Vector = typename NormalRule<Real>::Vector;
@@ -193,11 +205,17 @@ struct NormalStrip {
         const Vector zero{}, one = zero + Real{1};
         const Vector sy = zero + slope_at(projection.cy - (y + 0.5), projection.fy);
         alignas(64) Real nx[width], ny[width], nz[width], slopes[width];
-        for (int i = 0; i < count; ++i)
+        for (int i = run.begin; i < run.end; ++i)
             slopes[i] = slope_at(x + i + 0.5 - projection.cx, projection.fx);
-        for (int i = count; i < width && i % lanes != 0; ++i) slopes[i] = 0;
-        for (int i = 0; i < count; i += lanes) {
+        for (int i = run.end; i < width && i % lanes != 0; ++i) slopes[i] = 0;
+        for (int i = run.begin; i < run.end; i += lanes) {
             const Vector own = load<lanes>(row + i), own_inverse = load<lanes>(row_inverse + i);
+            if (!any(own > zero)) {
+                store(nx + i, zero);
+                store(ny + i, zero);
+                store(nz + i, zero);
+                continue;
+            }
             const Vector sx = load<lanes>(slopes + i);
             // Slopes per unit of (sx, sy, −1). Those of a plane square to the view ray:
             const Vector facing = one / (one + sx * sx + sy * sy);
@@ -218,10 +236,10 @@ struct NormalStrip {
             store(nz + i, Vector(surface ? z * scale : zero));
         }
         int background = 0;
-        for (int i = 0; i < count; ++i) background += !(row[i] > 0);
+        for (int i = run.begin; i < run.end; ++i) background += !(row[i] > 0);
         const auto copy = [&](const Real* values, const ImageView<Value>& image) {
             Value* const out = &image(x, y);
-            for (int i = 0; i < count; ++i)
+            for (int i = run.begin; i < run.end; ++i)
                 out[i * image.pixel_stride] = static_cast<Value>(values[i]);
         };
         copy(nx, normals.x);
@@ -236,6 +254,13 @@ struct NormalStrip {
 template <DepthInput Depth, class Value, Executor E>
 Outcome normals_from_depth(const Depth& depth, const ImageView3<Value>& normals,
                            const Projection& projection, E&& executor)
+{
+    return normals_from_depth(depth, normals, projection, WorkMap{}, executor);
+}
+
+template <DepthInput Depth, class Value, Executor E>
+Outcome normals_from_depth(const Depth& depth, const ImageView3<Value>& normals,
+                           const Projection& projection, const WorkMap& work_map, E&& executor)
 {
     using Real = distance_t<Depth>;
     const auto& source = depth_source(depth);
@@ -252,29 +277,61 @@ Outcome normals_from_depth(const Depth& depth, const ImageView3<Value>& normals,
     if (const Error error = detail::check_apart(normals.x, normals.z, "normals.z")) return {error};
     if (const Error error = detail::check_apart(normals.y, normals.z, "normals.z")) return {error};
     if (const Error error = check_projection(projection)) return {error};
+    if (const Error error = detail::check_work_map(work_map, normals.x)) return {error};
+    if (const Error error = detail::check_apart(work_map.active, normals.y, "normals.y"))
+        return {error};
+    if (const Error error = detail::check_apart(work_map.active, normals.z, "normals.z"))
+        return {error};
     if (normals.empty()) return {};
 
     constexpr int band = 32, strip_width = detail::NormalStrip<Real>::width;
     const int width = normals.x.width, height = normals.x.height;
     const detail::NormalRule<Real> rule{projection, source.step};
-    std::atomic<std::uint64_t> background{0};
+    std::atomic<std::uint64_t> background{0}, skipped{0};
     executor.for_each(detail::pieces(height, band), [&](int task, int) {
         detail::NormalStrip<Real> strip;
         const int first = task * band, last = (std::min)(first + band, height);
-        int found = 0;
+        Work work{};
         for (int x = 0; x < width; x += strip_width) {
             const int count = (std::min)(strip_width, width - x);
-            for (int y = first - 2; y < last + 2; ++y) {
-                strip.read(rule, source, x, y);
-                if (y - 2 >= first)
-                    found += strip.write(rule, projection, x, y - 2, count, normals);
+            std::uint8_t active[band][strip_width / WorkMap::group];
+            bool any[band] = {};
+            for (int y = first; y < last; ++y)
+                for (int i = 0; i < count; i += WorkMap::group) {
+                    const bool is_active = work_map.is_active(x + i, y);
+                    active[y - first][i / WorkMap::group] = is_active ? 1 : 0;
+                    any[y - first] = any[y - first] || is_active;
+                }
+            for (int next = first - 2; next < last + 2; ++next) {
+                bool needed = false;
+                for (int y = (std::max)(next - 2, first); y < (std::min)(next + 3, last); ++y)
+                    needed = needed || any[y - first];
+                if (needed) strip.read(rule, source, x, next);
+                const int y = next - 2;
+                if (y < first) continue;
+                detail::for_each_run(
+                    active[y - first], count, [&](const detail::GroupRun& run, bool is_active) {
+                        const detail::GroupRun whole{x + run.begin, x + run.end};
+                        if (is_active) {
+                            work.background += static_cast<std::uint64_t>(
+                                strip.write(rule, projection, x, y, run, normals));
+                        } else {
+                            detail::count_spared<detail::NormalRule<Real>::lanes>(work, source,
+                                                                                  whole, y);
+                            for (const ImageView<Value>& image : {normals.x, normals.y, normals.z})
+                                for (int i = whole.begin; i < whole.end; ++i)
+                                    image(i, y) = Value{0};
+                        }
+                    });
             }
         }
-        background.fetch_add(static_cast<std::uint64_t>(found), std::memory_order_relaxed);
+        background.fetch_add(work.background, std::memory_order_relaxed);
+        skipped.fetch_add(work.skipped, std::memory_order_relaxed);
     });
     Outcome outcome{};
     outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     outcome.work.background = background.load(std::memory_order_relaxed);
+    outcome.work.skipped = skipped.load(std::memory_order_relaxed);
     outcome.work.passes = 1;
     return outcome;
 }

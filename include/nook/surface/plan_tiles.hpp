@@ -25,20 +25,25 @@ public:
     void start(const NormalSource& normals, int left, int x, int y, int count)
     {
         spread_ = 0;
-        NormalGroup<Real> group;
-        read_normals(normals, left, y, count, group);
-        const int at = x - left;
-        const Real n[3] = {group.x[at], group.y[at], group.z[at]};
-        for (int k = 0; k < 3; ++k) normal_[k] = double{n[k]};
-        exists_ = n[0] != 0 || n[1] != 0 || n[2] != 0;
         const float stored[3] = {normals.image.x(x, y), normals.image.y(x, y),
                                  normals.image.z(x, y)};
-        for (int k = 0; k < 3; ++k) stored_[k] = stored[k];
         double square = 0;
-        for (const float value : stored) square += double{value} * double{value};
+        for (int k = 0; k < 3; ++k) {
+            stored_[k] = stored[k];
+            square += double{stored[k]} * double{stored[k]};
+        }
         // Others are normalised, which is not worth following here.
         unit_ = square > 1 - 0x1p-21 && square < 1 + 0x1p-21;
-        for (int i = 0; i < 3 * lanes; ++i) pattern_[i] = stored[i % 3];
+        if (unit_ && std::is_same_v<Real, float> && !normals.rotated) {
+            for (int k = 0; k < 3; ++k) normal_[k] = double{stored[k]};
+            exists_ = true;
+        } else {
+            NormalGroup<Real> group;
+            read_normals(normals, left, y, count, group);
+            const Real n[3] = {group.x[x - left], group.y[x - left], group.z[x - left]};
+            for (int k = 0; k < 3; ++k) normal_[k] = double{n[k]};
+            exists_ = n[0] != 0 || n[1] != 0 || n[2] != 0;
+        }
         side_by_side_ = normals.image.x.pixel_stride == 3 && normals.image.y.pixel_stride == 3 &&
                         normals.image.z.pixel_stride == 3;
     }
@@ -64,9 +69,12 @@ public:
             &normals.image.z(x, y) == in + 2) {
             const float* const next = is_last ? in : in + normals.image.x.row_stride;
             for (int i = 0; i < 3 * WorkMap::group; i += 16) prefetch(next + i);
+            if (all_like_first(in)) return true;
+            alignas(64) float pattern[3 * lanes];
+            for (int i = 0; i < 3 * lanes; ++i) pattern[i] = stored_[i % 3];
             for (int i = 0; i < 3 * WorkMap::group; i += 3 * lanes)
                 for (int k = 0; k < 3; ++k)
-                    compare(load<lanes>(in + i + k * lanes), load<lanes>(pattern_ + k * lanes));
+                    compare(load<lanes>(in + i + k * lanes), load<lanes>(pattern + k * lanes));
         } else {
             alignas(64) float channels[3][WorkMap::group];
             read_channels(normals.image, x, y, count, channels[0], channels[1], channels[2]);
@@ -85,10 +93,23 @@ public:
 
 private:
     static constexpr int lanes = float_lanes;
+    /// Whether 16 normals side by side have the bits of the stored one.
+    [[nodiscard]] NOOK_INLINE bool all_like_first(const float* in) const
+    {
+        using Bits = Lanes<std::int32_t, lanes>;
+        const auto bits = [&](int i) { return std::bit_cast<Bits>(load<lanes>(in + i)); };
+        for (int k = 0; k < 3; ++k)
+            if (std::bit_cast<std::int32_t>(in[k]) != std::bit_cast<std::int32_t>(stored_[k]))
+                return false;
+        constexpr int end = 3 * WorkMap::group - 3;
+        Bits differing = bits(end - lanes) ^ bits(end + 3 - lanes);
+        for (int i = 0; i < end - lanes; i += lanes) differing |= bits(i) ^ bits(i + 3);
+        return !any(differing != std::int32_t{0});
+    }
+
     /// Of triangles in one plane.
     static constexpr float largest_spread = 0x1p-22f;
 
-    alignas(64) float pattern_[3 * lanes];
     float stored_[3];
     double normal_[3];
     double spread_;
@@ -121,8 +142,8 @@ public:
     }
     /// Adds the groups' row y. Returns its number of surfaces.
     template <class Source>
-    int add(const Source& source, const NormalSource& normals, const PlanAxes& axes, Real scale,
-            int y)
+    NOOK_INLINE int add(const Source& source, const NormalSource& normals, const PlanAxes& axes,
+                        Real scale, int y)
     {
         alignas(64) Real row[side];
         read(source, y, row);
@@ -202,7 +223,8 @@ private:
             nx = n[0];
             ny = n[1];
             nz = n[2];
-            for (int i = 0; i < side; ++i) across[i] = nx * axes.x(left + i);
+            first = nx * axes.x(left);
+            step = nx * axes.per_x;
         }
         template <bool whole>
         void add(const Real* row, double y, bool orthographic)
@@ -215,11 +237,13 @@ private:
                 far_lanes = larger(far_lanes, q);
             }
             const Doubles zero{}, beyond = zero + 0x1p300, below = zero - 0x1p300;
-            const double up = ny * y;
+            const double up = first + ny * y;
+            alignas(64) static constexpr double counting[] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                              8, 9, 10, 11, 12, 13, 14, 15};
             Doubles least = low, most = high;
             for (int i = 0; i < side; i += native_lanes) {
                 const Doubles q = convert<double>(load<native_lanes>(row + i));
-                const Doubles level = load<native_lanes>(across + i) + up;
+                const Doubles level = load<native_lanes>(counting + i) * step + up;
                 const Doubles plane =
                     orthographic ? Doubles(q * nz - level) : Doubles(q * (nz - level));
                 const auto surface = q > zero;
@@ -240,7 +264,8 @@ private:
         }
 
         double nx, ny, nz;
-        alignas(64) double across[side];
+        /// What the columns add to the height: of the first, and from one to the next.
+        double first, step;
         Vector near_lanes, far_lanes;
         Doubles low, high;
     };

@@ -46,7 +46,7 @@ struct SliceSettings {
     /// Keeps scaled lengths in the range of float; no depth holds detail of such a size.
     [[nodiscard]] double bounded_radius() const
     {
-        return (std::min)((std::max)(radius, 0x1p-100), 0x1p+100);
+        return radius > 0 ? (std::min)((std::max)(radius, 0x1p-100), 0x1p+100) : 1;
     }
 };
 

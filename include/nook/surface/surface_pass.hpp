@@ -10,6 +10,7 @@
 #include <nook/checks.hpp>
 #include <nook/depth/projection.hpp>
 #include <nook/depth/source.hpp>
+#include <nook/depth/source_row.hpp>
 #include <nook/image.hpp>
 #include <nook/lanes.hpp>
 #include <nook/outcome.hpp>
@@ -315,22 +316,25 @@ Outcome skip_surface_pass(const SurfaceInput<Source>& input, const ImageView<Val
                           S&& scratch, E&& executor)
 {
     using Real = typename Source::Distance;
-    constexpr int band = 8, size = WorkMap::group, lanes = lanes_of<Real>;
+    constexpr int band = 8;
     const int width = visibility.width, height = visibility.height;
+    // What is background to the kernel.
+    Source source = input.source;
+    source.far_limit =
+        (std::min)(source.far_limit, DepthPlane<Real>::farthest_unscaled(input.plane.scale()));
     const auto run = [&](Work& work, int, int task, int) {
-        alignas(64) Real row[size] = {};
         const int last = (std::min)(task * band + band, height);
-        for (int y = task * band; y < last; ++y)
-            for (int x = 0; x < width; x += size) {
-                const int count = (std::min)(size, width - x);
-                for (int i = count; i < size; ++i) row[i] = 0;
-                static_cast<void>(read_row<lanes>(input.source, x, count, y, row));
-                DepthPlane<Real>::scale(row, size, static_cast<Real>(input.plane.scale()));
-                const int surfaces = count_surfaces(row);
-                work.background += static_cast<std::uint64_t>(count - surfaces);
-                work.skipped += static_cast<std::uint64_t>(surfaces);
-                for (int i = 0; i < count; ++i) visibility(x + i, y) = Value{1};
+        for (int y = task * band; y < last; ++y) {
+            const std::uint64_t surfaces = count_surfaces<lanes_of<Real>>(source, 0, width, y);
+            work.background += static_cast<std::uint64_t>(width) - surfaces;
+            work.skipped += surfaces;
+            if (visibility.pixel_stride == 1) {
+                Value* const row = &visibility(0, y);
+                for (int x = 0; x < width; ++x) row[x] = Value{1};
+            } else {
+                for (int x = 0; x < width; ++x) visibility(x, y) = Value{1};
             }
+        }
     };
     Outcome outcome = run_tasks(pieces(height, band), NoMemory{}, run, scratch, executor);
     if (!outcome) return outcome;

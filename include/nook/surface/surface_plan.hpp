@@ -210,7 +210,7 @@ Outcome plan_surface(const Depth& depth, const NormalSource& normals,
     // Until the search, the bytes count surfaces.
     const PlanGrid& grid = pyramid.grid;
     executor.for_each(grid.rows(0), [&](int row, int worker) {
-        constexpr int most = 32;
+        constexpr int most = 8;
         detail::PlanTile<Real> tiles[most];
         const detail::PlanRect band = grid.rect(0, 0, row);
         for (int first = 0; first < grid.columns(0); first += most) {

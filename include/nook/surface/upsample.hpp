@@ -17,6 +17,7 @@
 #include <nook/surface/bilateral_weight.hpp>
 #include <nook/surface/half_resolution.hpp>
 #include <nook/surface/normal_source.hpp>
+#include <nook/surface/shade_runs.hpp>
 #include <nook/tasks.hpp>
 #include <nook/work_map.hpp>
 
@@ -46,12 +47,18 @@ namespace nook::inline NOOK_TARGET {
 /// four half pixels beside them, weighted by how well those agree with the pixel's tangent plane (and
 /// normal). If none agrees, the one that disagrees least lends its value. So a feature one pixel wide
 /// that falls between the half pixels gets the visibility of the surface beside it, be that 0 or 1:
-/// nothing is known about its own. `Work::samples` counts the pixels for which no half pixel agreed.
+/// nothing is known about its own. `Work::samples` counts the pixels for which no half pixel agreed, but
+/// for those in groups that are left out.
 ///
 /// Background and pixels without a usable normal become exactly 1 and lend nothing; neither do half
 /// pixels whose value is NaN, infinite or beyond 2¹⁰⁰ (2⁵⁰⁰ in double). A pixel with nobody to lend from becomes 1.
 /// Inactive groups of the work map, which is of full size, become exactly 1. The others expect the half
 /// pixels around them to have been computed: those that `half_work_map` names.
+///
+/// Where the half pixels beside a group are exactly 1 the group is left out, for so is the result: of such
+/// groups only the depths are read, to tell their background. Their surfaces count as skipped, and so
+/// does the pass if nothing else is left. So there is no need for a map to make the most of what
+/// kernels left out at half size; a map of theirs would not do, for shade reaches over a group's edge.
 ///
 /// The result lies between the least and the largest of the values it is a mean of, and where these are
 /// equal it equals them. `visibility` shares no memory with the inputs.
@@ -117,22 +124,26 @@ public:
     struct Layout {
         static constexpr int full_slots = 5, half_slots = 3;
         Rows full, half;
+        ShadePlan plan;
 
         explicit Layout(int width)
             : full{width, full_slots, 2, with_normals},
-              half{width, half_slots, 2, with_normals}
+              half{width, half_slots, 2, with_normals},
+              plan{width, 2}
         {}
         struct Memory {
             typename Rows::Memory full, half;
+            ShadePlan::Memory plan;
         };
         [[nodiscard]] Memory take(ScratchLayout& block, std::size_t workers) const
         {
-            const auto first = full.take(block, workers);
-            return {first, half.take(block, workers)};
+            const auto first = full.take(block, workers), second = half.take(block, workers);
+            return {first, second, plan.take(block, workers)};
         }
         [[nodiscard]] Memory of(const Memory& memory, int worker) const
         {
-            return {full.of(memory.full, worker), half.of(memory.half, worker)};
+            return {full.of(memory.full, worker), half.of(memory.half, worker),
+                    plan.of(memory.plan, worker)};
         }
     };
 
@@ -148,8 +159,8 @@ public:
     {
         const int height = visibility.height;
         const int first = task * band, last = (std::min)(first + band, height) - 1;
-        layout.full.clear(memory.full);
-        layout.half.clear(memory.half);
+        bool is_clear = false;
+        layout.plan.clear(memory.plan);
         const auto full_row = [&](int y) {
             return layout.full.row(
                 memory.full, y >= 0 && y < height ? y % Layout::full_slots : Layout::full_slots);
@@ -158,53 +169,104 @@ public:
             return layout.half.row(memory.half,
                                    y < half.height ? y % Layout::half_slots : Layout::half_slots);
         };
-        for (int next = first - 2; next <= last + 2; ++next) {
+        for (int next = first - 4; next <= last + 2; ++next) {
+            look(memory.plan, next + 2, first, last);
+            if (next < first - 2) continue;
+            const bool needed = layout.plan.find_needed(memory.plan);
             if (next >= 0 && next < height) {
                 const Row row = full_row(next);
-                read(work, memory.full, next, next >= first && next <= last, row);
-                if (next % 2 == 0) spread(next, row, half_row(next / 2));
+                if (needed && !is_clear) {
+                    layout.full.clear(memory.full);
+                    layout.half.clear(memory.half);
+                    is_clear = true;
+                }
+                const Row spread_row = next % 2 == 0 ? half_row(next / 2) : Row{};
+                read(work, memory, next, next >= first && next <= last, needed, row, spread_row);
             }
             const int y = next - 2;
             if (y < first) continue;
+            const std::uint8_t* const worked_on = layout.plan.work(memory.plan, y);
+            if (!layout.plan.any(worked_on)) {
+                write_ones(visibility, {0, visibility.width}, y);
+                continue;
+            }
             const Row around[5] = {full_row(y - 2), full_row(y - 1), full_row(y), full_row(y + 1),
                                    full_row(y + 2)};
-            if (y % 2 == 0) fill_row<false>(work, y, around + 2, half_row(y / 2), {});
-            else fill_row<true>(work, y, around + 2, half_row(y / 2), half_row(y / 2 + 1));
+            if (y % 2 == 0) fill_row<false>(work, y, worked_on, around + 2, half_row(y / 2), {});
+            else
+                fill_row<true>(work, y, worked_on, around + 2, half_row(y / 2),
+                               half_row(y / 2 + 1));
         }
     }
 
 private:
-    /// Is a group, or one beside it, computed?
-    [[nodiscard]] bool is_needed(int x, int y) const
+    /// Finds out what to do in row y: where one of the half pixels beside a group is not 1.
+    void look(const ShadePlan::Memory& memory, int y, int first, int last) const
     {
-        if (map.everything()) return true;
-        for (int row = (std::max)(y - 1, 0); row <= (std::min)(y + 1, visibility.height - 1); ++row)
-            for (int at = x - group; at <= x + group; at += group)
-                if (at >= 0 && at < visibility.width && map.is_active(at, row)) return true;
-        return false;
+        if (y >= first && y <= last) {
+            if (y == first) look_at_half(memory, y / 2);
+            if (y % 2 != 0) look_at_half(memory, y / 2 + 1);
+            layout.plan.find_work(memory, y, layout.plan.shade(memory, y / 2),
+                                  layout.plan.shade(memory, (y + 1) / 2));
+        } else {
+            layout.plan.clear(layout.plan.work(memory, y));
+        }
+        layout.plan.set_work(memory, y, map);
+    }
+    void look_at_half(const ShadePlan::Memory& memory, int y) const
+    {
+        std::uint8_t* const shade = layout.plan.shade(memory, y);
+        if (y >= half.height) {
+            layout.plan.clear(shade);
+            return;
+        }
+        // The last column of a group is odd and lies beside the first half pixel of the next one.
+        find_shade(&half(0, y), half.pixel_stride, {half.width, group / 2, 0, 1},
+                   layout.plan.groups(), shade);
     }
 
-    void read(Work& work, const typename Rows::Memory& memory, int y, bool counted,
-              const Row& row) const
+    /// Fills what is needed of row y, and of its half pixels if it has some.
+    void read(Work& work, const typename Layout::Memory& memory, int y, bool counted, bool needed,
+              const Row& row, const Row& spread_row) const
     {
-        const Background background = layout.full.read(source, rule, y, memory, row);
-        if (!counted && !with_normals) return;
-        for (int x = 0; x < visibility.width; x += group) {
-            const bool active = map.is_active(x, y);
-            if (counted) count_pixels(work, background, row, x, visibility.width, active);
+        if (!needed) {
+            if (counted) count_spared<lanes>(work, source, {0, visibility.width}, y);
+            return;
+        }
+        const std::uint8_t* const worked_on = layout.plan.work(memory.plan, y);
+        for_each_run(layout.plan.needed(memory.plan), visibility.width,
+                     [&](const GroupRun& run, bool is_needed) {
+                         if (is_needed) {
+                             read(work, memory, y, counted ? worked_on : nullptr, run, row);
+                             if (y % 2 == 0) spread(y, run, row, spread_row);
+                         } else if (counted) {
+                             count_spared<lanes>(work, source, run, y);
+                         }
+                     });
+    }
+    /// `counted`: the groups of a row whose pixels are counted that are not spared.
+    void read(Work& work, const typename Layout::Memory& memory, int y, const std::uint8_t* counted,
+              const GroupRun& run, const Row& row) const
+    {
+        const Background background = layout.full.read(source, rule, run, y, memory.full, row);
+        if (counted == nullptr && !with_normals) return;
+        for (int x = run.begin; x < run.end; x += group) {
+            const bool spared = counted != nullptr && counted[x / group] == 0;
+            if (counted != nullptr)
+                count_pixels(work, background, row, x, visibility.width, !spared);
             if constexpr (with_normals) {
-                if (!is_needed(x, y)) continue;
                 const int lost = layout.full.read_normals(*normals, x, y, row);
-                if (counted && active) work.background += static_cast<std::uint64_t>(lost);
+                if (counted != nullptr && !spared)
+                    work.background += static_cast<std::uint64_t>(lost);
             }
         }
     }
 
     /// Lays the half pixels of row y over its even columns; those that lend nothing get distance 0.
-    void spread(int y, const Row& row, const Row& out) const
+    void spread(int y, const GroupRun& run, const Row& row, const Row& out) const
     {
         const In* const in = &half(0, y / 2);
-        for (int i = 0; i < half.width; ++i) {
+        for (int i = run.begin / 2; i < (run.end + 1) / 2; ++i) {
             const Real value = static_cast<Real>(in[i * half.pixel_stride]);
             const bool usable = is_usable(value);
             out.value[2 * i] = usable ? value : Real{0};
@@ -215,13 +277,17 @@ private:
     /// `around[i]` is the row i below row y; `above` and `below` hold the half pixels beside an odd row,
     /// `above` those of an even one.
     template <bool odd_row>
-    void fill_row(Work& work, int y, const Row* around, const Row& above, const Row& below) const
+    void fill_row(Work& work, int y, const std::uint8_t* worked_on, const Row* around,
+                  const Row& above, const Row& below) const
     {
         const int width = visibility.width;
+        // Half pixels that are looked at next.
+        const In* const ahead = &half(0, (std::min)(y / 2 + 4, half.height - 1));
         for (int x = 0; x < width; x += group) {
             alignas(64) Real values[group];
             alignas(64) Real agreement[group];
-            if (!map.is_active(x, y)) {
+            if (odd_row) prefetch(ahead + x / 2 * half.pixel_stride);
+            if (worked_on[x / group] == 0) {
                 for (Real& value : values) value = 1;
             } else {
                 bool lonely = false;
@@ -319,10 +385,11 @@ private:
         return any(sums == zero);
     }
     /// 1 in odd columns, 0 in even ones.
-    [[nodiscard]] NOOK_INLINE static Vector odd_columns(int x)
+    [[nodiscard]] NOOK_INLINE static Vector odd_columns([[maybe_unused]] int x)
     {
         alignas(64) Real column[lanes];
-        for (int i = 0; i < lanes; ++i) column[i] = static_cast<Real>((x + i) % 2);
+        // Vectors of more than one begin in even columns.
+        for (int i = 0; i < lanes; ++i) column[i] = static_cast<Real>((lanes == 1 ? x : i) % 2);
         return load<lanes>(column);
     }
 };
@@ -350,11 +417,7 @@ Outcome upsample_with(const ImageView<In>& half, const Depth& depth, const Norma
             pass.run(work, pass.layout.of(memory, worker), task);
         },
         scratch, executor);
-    if (outcome) {
-        outcome.work.pixels = static_cast<std::uint64_t>(visibility.width) *
-                              static_cast<std::uint64_t>(visibility.height);
-        outcome.work.passes = 1;
-    }
+    if (outcome) count_pass(outcome.work, visibility.width, visibility.height);
     return outcome;
 }
 
