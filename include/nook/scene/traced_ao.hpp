@@ -56,7 +56,8 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Where there is no surface, or the normal is zero or not finite, the visibility is exactly 1. There,
 /// and where nothing within the radius can be hit, no ray is traced; the latter are counted as
-/// `skipped_rays`, among them secondary rays that nothing can block.
+/// `skipped_rays`, among them secondary rays that nothing can block. Flat tiles of 8 × 8 pixels are told at
+/// once. An exact work map changes no bit of any image.
 ///
 /// Without face ids rays start a proven error bound above the surface, see `detail::point_error`; only a
 /// shading point closer to another surface than the position error of the rasteriser may lie on the

@@ -35,7 +35,7 @@ struct TracedImages {
     /// `options.colour`. Secondary rays add nothing to it.
     Radiance radiance{};
     /// ImageView: how many directions counted; fewer than asked for where some lay below the surface, 0
-    /// where there is none or a work map skips it.
+    /// where there is none or a work map that is not exact skips it.
     Weight weight{};
 };
 template <class V>

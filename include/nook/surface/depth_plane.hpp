@@ -93,13 +93,6 @@ public:
         for (int x = 0; x < margin; ++x) row[x - margin] = 0;
         for (int x = width_; x < stride_ - margin; ++x) row[x] = 0;
     }
-    /// The largest distance that is less than the farthest after scaling.
-    [[nodiscard]] static Real farthest_unscaled(double scale)
-    {
-        constexpr double largest = (std::numeric_limits<Real>::max)();
-        const double limit = double{farthest} / scale * (1 - std::numeric_limits<Real>::epsilon());
-        return static_cast<Real>(limit < largest ? limit : largest);
-    }
     /// Scales distances.
     static void scale(Real* row, int count, Real factor)
     {

@@ -162,7 +162,8 @@ inline void merge(TangentBound& all, const TangentBound& more)
     }
     double apart = 0, off = 0;
     for (int k = 0; k < 3; ++k) {
-        apart += all.normal[k] * (all.centre[k] - more.centre[k]);
+        const double step = all.centre[k] - more.centre[k];
+        apart += all.normal[k] * step + more.spread * std::fabs(step);
         off += std::fabs(all.normal[k] - more.normal[k]);
     }
     if (off != 0) {

@@ -12,6 +12,7 @@
 #include <nook/surface/depth_plane.hpp>
 #include <nook/surface/normal_source.hpp>
 #include <nook/surface/plan_cells.hpp>
+#include <nook/surface/surface_pass.hpp>
 #include <nook/work_map.hpp>
 
 /// How a planner gets the bounds of 16 × 16 pixels.
@@ -167,7 +168,7 @@ public:
             flat_ = false;
             return 0;
         }
-        const int surfaces = count_surfaces(row);
+        const int surfaces = count_surfaces<Real>(row);
         sum_ += surfaces;
         flat_ = flat_ && surfaces == columns_ &&
                 same_.follows(normals, rect_.left, y, columns_, y == rect_.bottom);
@@ -284,13 +285,6 @@ private:
             }
         for (int i = columns_; i < side; ++i) row[i] = 0;
         static_cast<void>(read_row<lanes>(source, rect_.left, columns_, y, row));
-    }
-    [[nodiscard]] static int count_surfaces(const Real* row)
-    {
-        const Vector zero{}, one = zero + Real{1};
-        Vector count = zero;
-        for (int i = 0; i < side; i += lanes) count += load<lanes>(row + i) > zero ? one : zero;
-        return static_cast<int>(fold(count, [](const auto& a, const auto& b) { return a + b; }));
     }
     /// The plane of the normal in front of all surfaces, or the nearest of them, whichever tells more.
     void bound_near(const PlanAxes& axes, NearBound& bound) const

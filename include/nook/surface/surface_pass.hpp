@@ -316,21 +316,29 @@ Outcome skip_surface_pass(const SurfaceInput<Source>& input, const ImageView<Val
                           S&& scratch, E&& executor)
 {
     using Real = typename Source::Distance;
-    constexpr int band = 8;
+    constexpr int band = 8, run_length = 256, size = WorkMap::group, lanes = lanes_of<Real>;
     const int width = visibility.width, height = visibility.height;
-    // What is background to the kernel.
-    Source source = input.source;
-    source.far_limit =
-        (std::min)(source.far_limit, DepthPlane<Real>::farthest_unscaled(input.plane.scale()));
     const auto run = [&](Work& work, int, int task, int) {
+        // What is a surface to the kernel: some are not, once they are scaled.
+        alignas(64) Real row[run_length];
+        const Real scale = static_cast<Real>(input.plane.scale());
         const int last = (std::min)(task * band + band, height);
         for (int y = task * band; y < last; ++y) {
-            const std::uint64_t surfaces = count_surfaces<lanes_of<Real>>(source, 0, width, y);
+            std::uint64_t surfaces = 0;
+            for (int first = 0; first < width; first += run_length) {
+                const int count = (std::min)(run_length, width - first);
+                const int whole = pieces(count, size) * size;
+                static_cast<void>(read_row<lanes>(input.source, first, count, y, row));
+                for (int i = count; i < whole; ++i) row[i] = 0;
+                DepthPlane<Real>::scale(row, count, scale);
+                for (int i = 0; i < whole; i += size)
+                    surfaces += static_cast<std::uint64_t>(count_surfaces<Real>(row + i));
+            }
             work.background += static_cast<std::uint64_t>(width) - surfaces;
             work.skipped += surfaces;
             if (visibility.pixel_stride == 1) {
-                Value* const row = &visibility(0, y);
-                for (int x = 0; x < width; ++x) row[x] = Value{1};
+                Value* const out = &visibility(0, y);
+                for (int x = 0; x < width; ++x) out[x] = Value{1};
             } else {
                 for (int x = 0; x < width; ++x) visibility(x, y) = Value{1};
             }
