@@ -53,8 +53,9 @@ struct Comparison {
 /// What is in a file of JSON. Throws support::Failure, which names it.
 [[nodiscard]] Json load_report(const std::filesystem::path& file);
 
-/// Compares RMSE, RMSE after the best monotone fit, the RMSE that leaving out adds, and relative time. As times are compared with what
-/// all results took, a change that meets all of them alike is not seen, nor one of the only result.
+/// Compares RMSE, RMSE after the best monotone fit, the RMSE that leaving out adds, and relative time. As
+/// times are compared with what all results took, a change that meets all of them alike is not seen, nor
+/// one of the only result.
 /// Throws support::Failure, which names the file and the member, for a report of another format, size or
 /// reference, and for one that is not of the shape of docs/report.schema.json, as far as it is read.
 [[nodiscard]] Comparison compare(const Json& before, const Json& now, const Tolerances& tolerances,

@@ -42,7 +42,7 @@ struct Work {
     std::uint64_t background = 0;  ///< of these, pixels that hold no surface
     std::uint64_t skipped = 0;     ///< of these, surface pixels that were spared as a whole
     std::uint64_t samples = 0;     ///< samples read by kernels whose count depends on the input
-    std::uint64_t skipped_samples = 0;  ///< samples spared, of pixels that were not
+    std::uint64_t skipped_samples = 0;  ///< the others: told by their height alone
     std::uint64_t rays = 0;             ///< rays traced
     std::uint64_t skipped_rays = 0;     ///< rays spared: nothing in reach, or the estimate was done
     std::uint64_t passes = 0;           ///< passes over the image

@@ -22,6 +22,14 @@ struct WorkMap {
     {
         return everything() || active(x / group, y) != 0;
     }
+    [[nodiscard]] NOOK_INLINE constexpr bool any_active() const
+    {
+        if (everything()) return true;
+        for (int y = 0; y < active.height; ++y)
+            for (int g = 0; g < active.width; ++g)
+                if (active(g, y) != 0) return true;
+        return false;
+    }
     [[nodiscard]] NOOK_INLINE static constexpr int groups(int width)
     {
         return width / group + (width % group != 0 ? 1 : 0);

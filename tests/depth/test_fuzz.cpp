@@ -215,7 +215,9 @@ void fuzz_visibility(Random& random, Style style)
 
     CHECK(outcome.work.pixels == std::uint64_t(size.width) * std::uint64_t(size.height));
     CHECK(outcome.work.background == slow_outcome.work.background);
-    CHECK(outcome.work.skipped == slow_outcome.work.skipped);
+    // The reference proves nothing open by itself.
+    CHECK(outcome.work.skipped >= slow_outcome.work.skipped);
+    CHECK(outcome.work.skipped + outcome.work.background <= outcome.work.pixels);
     CHECK(worst(size, [&](int x, int y) {
               const Value value = ao.view(x, y);
               const bool open = !is_surface(depth.view(x, y)) || !map.is_active(x, y);

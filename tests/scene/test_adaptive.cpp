@@ -217,6 +217,24 @@ TEST_CASE("falloffs and secondary rays stop without bias")
                 .radius = 3, .directions = 256, .stopping = {0.05, 16}});
 }
 
+TEST_CASE("a wall that only secondary rays reach counts with a tolerance as without")
+{
+    // Beyond the radius of primary rays, within reach of the segments across them.
+    Mesh mesh;
+    mesh.quad({1.2, -5, -5}, {1.2, 5, -5}, {1.2, 5, 5}, {1.2, -5, 5});
+    const Bvh bvh = built(mesh);
+    const nook::SecondaryRays secondary{.radius = 2};
+    const double fixed = nook::traced_visibility(
+        bvh, {0, 0, 0}, {0, 0, 1},
+        TracedOptions<nook::StepFalloff, nook::SecondaryRays>{.radius = 1, .secondary = secondary});
+    const double adaptive = nook::traced_visibility(
+        bvh, {0, 0, 0}, {0, 0, 1},
+        TracedOptions<nook::StepFalloff, nook::SecondaryRays, nook::NoColour, AdaptiveDirections>{
+            .radius = 1, .secondary = secondary, .stopping = {.tolerance = 0}});
+    CHECK(fixed < 0.9);
+    CHECK(adaptive == fixed);
+}
+
 TEST_CASE("a point's value is that of as many directions as its weight tells")
 {
     const Bvh bvh = built(boxes());

@@ -457,6 +457,72 @@ TEST_SUITE("surface plans")
         CHECK(skipped > 1000);
     }
 
+    TEST_CASE("planes at any tilt, behind pixels of any shape, keep bits and tolerances")
+    {
+        std::mt19937 random{11};
+        const auto unit = [&] { return std::uniform_real_distribution<double>{0, 1}(random); };
+        const auto between = [&](double low, double high) { return low + (high - low) * unit(); };
+        std::uint64_t skipped = 0;
+        for (int trial = 0; trial < 160; ++trial) {
+            const int width = 20 + static_cast<int>(random() % 100);
+            const int height = 20 + static_cast<int>(random() % 100);
+            nook::Projection projection{};
+            projection.orthographic = trial % 4 == 0;
+            projection.fx = std::exp(between(3, 6));
+            projection.fy = projection.fx * std::exp(between(-0.7, 0.7));
+            // Samples of the longer axis then lie within a pixel of the other.
+            if (trial % 5 == 0) projection.fx /= between(20, 250);
+            projection.cx = width * between(-0.3, 1.3);
+            projection.cy = height * between(-0.3, 1.3);
+            const double tilt = between(0, 1.56), turn = between(0, 6.28);
+            const double nx = std::sin(tilt) * std::cos(turn), ny = std::sin(tilt) * std::sin(turn),
+                         nz = std::cos(tilt);
+            const double noise = trial % 3 == 0 ? 0 : std::exp(between(-18, -6));
+            nook::Image<float> depth{width, height};
+            std::vector<float> normals(static_cast<std::size_t>(3 * width * height));
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    const nook::ViewPoint ray = nook::view_point(projection, x + 0.5, y + 0.5, 1);
+                    const double along = nx * ray.x + ny * ray.y;
+                    const double distance = projection.orthographic
+                                                ? 10 + along / (std::max)(nz, 1e-3)
+                                                : 1 / (nz - along);
+                    const double off = random() % 40 == 0 ? 1 + noise * between(-1, 1) : 1;
+                    const bool seen = distance > 0 && distance < 1e6;
+                    depth(x, y) = seen ? static_cast<float>(distance * off) : 0.0f;
+                    float* const n = &normals[static_cast<std::size_t>(3 * (y * width + x))];
+                    n[0] = static_cast<float>(nx);
+                    n[1] = static_cast<float>(ny);
+                    n[2] = static_cast<float>(nz);
+                    // The same normal but for rounding.
+                    if (trial % 2 == 0)
+                        n[random() % 3] += static_cast<float>(int(random() % 3) - 1) * 0x1p-24f;
+                }
+            const auto view = nook::ImageView3<const float>::interleaved(
+                normals.data(), width, height, std::ptrdiff_t{3} * width);
+            const Common common{.radius = std::exp(between(-4, 1)),
+                                .max_pixels = trial % 3 == 0 ? 16 : 256,
+                                .seed = static_cast<std::uint32_t>(random())};
+            const int kernel = static_cast<int>(random() % 8);
+            for (const double tolerance : {0.0, std::exp(between(-8, -1))}) {
+                const Comparison result = with_kernel(kernel, common, [&](const auto& options) {
+                    return compared(depth.view(), nook::NormalSource{view}, options, projection,
+                                    tolerance, trial);
+                });
+                CAPTURE(trial);
+                CAPTURE(kernel);
+                CAPTURE(tolerance);
+                CAPTURE(result.where);
+                CHECK(result.ran);
+                CHECK(result.rise <= tolerance * (1 + 1e-5) + (tolerance > 0 ? 2e-6 : 0));
+                CHECK(result.fall == 0);
+                if (tolerance == 0) CHECK(result.changed == 0);
+                skipped += result.skipped;
+            }
+        }
+        CHECK(skipped > 100000);
+    }
+
     TEST_CASE("distances of double keep their bits")
     {
         const nook::Projection projection{.fx = 82.5, .fy = 82.5, .cx = 40, .cy = 24};

@@ -216,7 +216,8 @@ struct ChebyshevOutput {
     {
         if (work_map.everything() && cell != LeftOut::spared) {
             open(y, x, width);
-            if (cell == LeftOut::empty) work.background += static_cast<std::uint64_t>(width);
+            (cell == LeftOut::empty ? work.background : work.skipped) +=
+                static_cast<std::uint64_t>(width);
             return;
         }
         for_runs(y, x, width, [&](int first, int count, bool active) {
@@ -229,7 +230,7 @@ struct ChebyshevOutput {
                 open(y, first + i, now);
             }
             work.background += static_cast<std::uint64_t>(count) - surfaces_found;
-            if (!active) work.skipped += surfaces_found;
+            if (!active || cell == LeftOut::open) work.skipped += surfaces_found;
         });
     }
 

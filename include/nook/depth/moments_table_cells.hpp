@@ -242,6 +242,7 @@ protected:
                 range.least / 4, smaller(range.greatest, most) * 4, samples_at_most, false);
             if (widest_range.exact_from > 0) return;
             if (reach == WindowRadius{0, 0}) {
+                // Open whatever they hold, which is still to be counted.
                 for (int j = 0; j < cells_down(); ++j)
                     std::fill_n(cells_of(j), cells_across(), LeftOut::spared);
                 return;

@@ -240,8 +240,13 @@ TilePixels TracedInput<Source>::scan(const PixelRect& tile, const WorkMap& work_
         for (int x = tile.left; x < tile.right; ++x) {
             const double distance = double{surface_distance(source_, x, y)};
             if (!(distance > 0)) continue;
-            if (!(normals_.x(x, y) == stored[0] && normals_.y(x, y) == stored[1] &&
-                  normals_.z(x, y) == stored[2] && work_map.is_active(x, y)))
+            // By bits: under -ffast-math NaN is equal to anything.
+            const auto is_stored = [&](float value, int k) {
+                return std::bit_cast<std::uint32_t>(value) ==
+                       std::bit_cast<std::uint32_t>(stored[k]);
+            };
+            if (!(is_stored(normals_.x(x, y), 0) && is_stored(normals_.y(x, y), 1) &&
+                  is_stored(normals_.z(x, y), 2) && work_map.is_active(x, y)))
                 return TilePixels::mixed;
             if (faces_ != nullptr && faces_->ids(x, y) != stored_id) return TilePixels::mixed;
             closest = (std::min)(closest, distance);

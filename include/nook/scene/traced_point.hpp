@@ -126,7 +126,7 @@ public:
         const Hemisphere hemisphere{around, point.start, point.surface, radius_, point.slack};
         int directions = options_.directions;
         if constexpr (Options::is_adaptive) {
-            if (hemisphere.nothing_above()) return open(point);
+            if (nothing_in_reach(around, hemisphere, point)) return open(point);
             directions = chosen_directions(around, hemisphere, point, sums);
         }
         trace(around, hemisphere, point, directions, sums);
@@ -134,6 +134,16 @@ public:
     }
 
 private:
+    /// Whether neither a primary ray nor a segment can meet anything: segments may reach farther.
+    [[nodiscard]] bool nothing_in_reach(const Neighbourhood& around, const Hemisphere& hemisphere,
+                                        const ShadingPoint& point) const
+    {
+        if constexpr (Options::has_secondary)
+            if (half_ > 0 && reach_ > radius_)
+                return Hemisphere{around, point.start, point.surface, reach_, point.slack}
+                    .nothing_above();
+        return hemisphere.nothing_above();
+    }
     /// What a point has of which nothing comes near.
     [[nodiscard]] PointSums open(const ShadingPoint& point) const
     {

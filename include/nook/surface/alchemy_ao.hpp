@@ -119,7 +119,7 @@ struct AlchemyLanes {
 /// where nothing counted for the pixels before.
 template <class Pixels, class Taps, class Real>
 [[nodiscard]] NOOK_INLINE auto sum_terms(const Pixels& pixels, const Taps& taps, const Real* data,
-                                         bool& quiet)
+                                         RowMemory& row)
 {
     using Vector = typename Pixels::Vector;
     constexpr int lanes = Pixels::lanes;
@@ -134,26 +134,31 @@ template <class Pixels, class Taps, class Real>
         return Vector(there > Real{0} ? above : zero);
     };
     if constexpr (lanes > 8) {
-        if (quiet) {
+        if (row.quiet) {
             Vector highest = zero;
             for (int i = 0; i < taps.count; ++i) highest = larger(highest, height(i));
-            if (!any(highest > zero)) return sum;
+            if (!any(highest > zero)) {
+                row.count(taps.count, 0, lanes);
+                return sum;
+            }
         }
         for (int i = 0; i < taps.count; ++i) sum = sum + term(i);
-        quiet = !any(sum > zero);
+        row.quiet = !any(sum > zero);
+        row.count(taps.count, taps.count, lanes);
     } else {
         std::uint64_t hits = 0;
         for (int i = 0; i < taps.count; ++i) hits |= std::uint64_t{any(height(i) > zero)} << i;
+        row.count(taps.count, std::popcount(hits), lanes);
         for (; hits != 0; hits &= hits - 1) sum = sum + term(std::countr_zero(hits));
     }
     return sum;
 }
 
-/// Offsets in common. `quiet` tells whether nothing counted for the group before.
+/// Offsets in common.
 template <class Real, bool orthographic, bool scalable>
 void alchemy_group(Real* values, const SurfaceGroup<Real>& group, const AlchemySpiral& spiral,
                    const DepthPlane<Real>& plane, const ReachRule& rule, const AlchemyShade& shade,
-                   bool& quiet)
+                   RowMemory& row)
 {
     using Pixels = AlchemyLanes<Real, orthographic, scalable>;
     constexpr int lanes = Pixels::lanes, parts = SurfaceGroup<Real>::size / lanes;
@@ -166,7 +171,7 @@ void alchemy_group(Real* values, const SurfaceGroup<Real>& group, const AlchemyS
             const Real* const first = plane.data() + part * lanes;
             // Three groups on, where the neighbours will be about the same.
             for (int i = 0; i < taps.count; ++i) prefetch(first + taps.index[i] + 48);
-            const auto sum = sum_terms(pixels, taps, first, quiet);
+            const auto sum = sum_terms(pixels, taps, first, row);
             pixels.finish(sum, spiral.count, shade, results + part * lanes);
         }
     });
@@ -174,7 +179,7 @@ void alchemy_group(Real* values, const SurfaceGroup<Real>& group, const AlchemyS
 
 struct AlchemyRow {
     AlchemySpiral spiral;
-    bool quiet = true;
+    RowMemory memory{};
 };
 
 /// How the pixels of one register look at their neighbours, each at offsets of its own.
@@ -285,7 +290,7 @@ Outcome run_alchemy(const SurfaceInput<Source>& input, const ImageView<Value>& v
                 const DepthPlane<Real>& plane) {
                 if (row.spiral.count > 0)
                     alchemy_group<Real, orthographic, scalable>(values, group, row.spiral, plane,
-                                                                rule, shade, row.quiet);
+                                                                rule, shade, row.memory);
             },
             scratch, executor);
     const AlchemySpiral spiral{options.samples, options.turns, 0};

@@ -52,8 +52,8 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Without normals the tangent plane follows from the depths around a pixel, and neighbours deviate
 /// along the view axis; with normals they deviate by their distance from the tangent plane itself.
-/// Background, pixels without a usable normal, and values that are NaN, infinite or beyond 2¹⁰⁰ (2⁵⁰⁰ in double) become
-/// exactly 1 and enter nobody's window. So do inactive groups of the work map, unless it is `exact`:
+/// Background, pixels without a usable normal, and values that are NaN, infinite or beyond 2¹⁰⁰ (2⁵⁰⁰ in
+/// double) become exactly 1 and enter nobody's window. So do inactive groups of the work map, unless it is `exact`:
 /// then their values are true ones, enter windows as they stand, and the other pixels have the bits of
 /// the call without a map.
 ///

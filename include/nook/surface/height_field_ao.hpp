@@ -225,7 +225,7 @@ Outcome height_field_ao(const Depth& depth, const NormalSource& normals,
 
     constexpr int band = 8;
     const int width = visibility.width, height = visibility.height;
-    const bool idle = detail::is_idle(work_map);
+    const bool idle = !work_map.any_active();
     const int tasks = detail::pieces(height, band);
     const auto field_in = [&](const detail::HeightFieldMemory& memory) {
         detail::HeightField field{width, height, projection, source.step};

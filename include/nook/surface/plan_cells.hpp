@@ -17,6 +17,12 @@ namespace nook::inline NOOK_TARGET::detail {
 /// A rectangle of pixels, last ones included.
 struct PlanRect {
     int left, top, right, bottom;
+
+    [[nodiscard]] std::uint64_t pixels() const
+    {
+        return static_cast<std::uint64_t>(right - left + 1) *
+               static_cast<std::uint64_t>(bottom - top + 1);
+    }
 };
 
 /// Cells of level 0 have 16 × 16 pixels; each next level doubles both sides.

@@ -23,7 +23,7 @@ struct PlanRule {
     double step_constant, step_linear, step_quadratic;  ///< of the depth buffer
     double fixed;                                       ///< β of the caller; negative: automatic
     /// Of the automatic bias: `rounding` of RiseRule. `unit` is half an ulp of 1 of the kernel's type.
-    double rounding, unit;
+    double rounding, radius, unit;
     double per_square = 0, constant = 0;
     double slope = 0;
     /// Samples farther from the pixel than the radius do not count.
@@ -53,14 +53,14 @@ public:
         const double reach =
             (std::min)(axes.orthographic ? rule.reach.radius : rule.reach.radius / tile.nearest,
                        rule.reach.largest);
-        // Offsets are rounded, and a pixel long at least.
-        reach_x_ = reach * rule.reach.fx * (1 + 0x1p-16) + 2;
-        reach_y_ = reach * rule.reach.fy * (1 + 0x1p-16) + 2;
+        reach_x_ = reach * rule.reach.fx * (1 + 0x1p-16);
+        reach_y_ = reach * rule.reach.fy * (1 + 0x1p-16);
         set_bias(ray);
         const double plane = (std::max)(tile.plane, 0.0);
         // The cosine between the normal and the direction to the viewer.
-        const double facing = axes.orthographic ? least_facing() : plane / (ray * tile.farthest);
-        slope_ = rule.slope * facing / ray;
+        facing_ = axes.orthographic ? least_facing() : plane / (ray * tile.farthest);
+        ray_ = ray;
+        slope_ = rule.slope * facing_ / ray;
     }
     [[nodiscard]] const PlanRect& rect() const { return rect_; }
 
@@ -68,11 +68,12 @@ public:
     [[nodiscard]] bool looks_at(const PlanRect& cell, const NearBound& bound) const
     {
         if (bound.empty()) return false;
-        const double dx =
-            (std::max)(apart(rect_.left, rect_.right, cell.left, cell.right), 0) / reach_x_;
-        const double dy =
-            (std::max)(apart(rect_.top, rect_.bottom, cell.top, cell.bottom), 0) / reach_y_;
-        if (dx * dx + dy * dy > 1) return false;
+        // Offsets are rounded to whole pixels, and one long at least along the axis that has more.
+        const int across = apart(rect_.left, rect_.right, cell.left, cell.right);
+        const int down = apart(rect_.top, rect_.bottom, cell.top, cell.bottom);
+        const double dx = (std::max)(across - 1, 0) / reach_x_;
+        const double dy = (std::max)(down - 1, 0) / reach_y_;
+        if (dx * dx + dy * dy > 1 && (std::max)(across, down) > 2) return false;
         if (!rule_.cut_off) return true;
         const double farthest = axes_.orthographic ? -bound.least : 1 / bound.least;
         return tile_.nearest - farthest <= rule_.reach.radius * (1 + 0x1p-10);
@@ -92,8 +93,9 @@ public:
         const auto on = [](int at, double reach, int size) {
             return size - 1 - at > reach ? static_cast<int>(at + reach) : size - 1;
         };
-        return {back(rect_.left, reach_x_), back(rect_.top, reach_y_),
-                on(rect_.right, reach_x_, width), on(rect_.bottom, reach_y_, height)};
+        const double x = reach_x_ + 2, y = reach_y_ + 2;
+        return {back(rect_.left, x), back(rect_.top, y), on(rect_.right, x, width),
+                on(rect_.bottom, y, height)};
     }
     /// True when it is proven that no surface of the cell counts for any pixel of the tile.
     [[nodiscard]] bool clears(const PlanRect& cell, const NearBound& bound) const
@@ -141,7 +143,7 @@ private:
             }
             // rounding (L + v·v / L) / 2 − error |v| is least at |v| = L error / rounding.
             const double length =
-                axes_.orthographic ? rule_.reach.radius : (std::min)(rule_.reach.radius, nearest);
+                axes_.orthographic ? rule_.radius : (std::min)(rule_.radius, nearest);
             bias_ += length * (rule_.rounding / 2 - error * error / (2 * rule_.rounding));
         }
         bias_ += rule_.per_square * rule_.constant;
@@ -160,11 +162,13 @@ private:
             const double half_y = (axes_.y(cell.top) - axes_.y(cell.bottom)) / 2;
             const double both =
                 std::fabs(ux) * (half_x_ + half_x) + std::fabs(uy) * (half_y_ + half_y);
-            if (away > both) {
-                result.x = slope_ * ux;
-                result.y = slope_ * uy;
-                result.constant = -slope_ * (ux * middle_x_ + uy * middle_y_ +
-                                             std::fabs(ux) * half_x_ + std::fabs(uy) * half_y_);
+            const double share = away > both ? slope_share(away - both) : 0;
+            if (share > 0) {
+                const double slope = slope_ * share;
+                result.x = slope * ux;
+                result.y = slope * uy;
+                result.constant = -slope * (ux * middle_x_ + uy * middle_y_ +
+                                            std::fabs(ux) * half_x_ + std::fabs(uy) * half_y_);
             }
         }
         if (rule_.per_square > 0 && distance(cell) > 0) {
@@ -182,6 +186,16 @@ private:
             result.scale = -rule_.per_square * (square + 2 * spread);
         }
         return result;
+    }
+    /// What is left of a slope at least where samples lie half a pixel beside their slice, as seen from
+    /// `away` on the screen: at grazing angles that moves them far along the tangent.
+    [[nodiscard]] double slope_share(double away) const
+    {
+        const double off = std::sqrt(axes_.per_x * axes_.per_x + axes_.per_y * axes_.per_y) / 2;
+        if (!(away > off)) return 0;
+        const double sine = off / away, cosine = std::sqrt(1 - sine * sine);
+        const double tilt = (1 - facing_ * facing_) * ray_ * ray_ / (facing_ * facing_);
+        return 1 - sine * sine * tilt / (4 * cosine);
     }
     /// How far pixels of the tile lie from its centre along an axis.
     [[nodiscard]] double extent(int k) const
@@ -220,20 +234,21 @@ private:
         double by_h = axes_.orthographic ? per_distance_ : still;
         double over = by_h * h + (axes_.orthographic ? still : -per_distance_) -
                       (x * forgiven.x + y * forgiven.y + forgiven.constant);
-        double by_x = -forgiven.x, by_y = -forgiven.y, error = 0;
+        double by_x = -forgiven.x, by_y = -forgiven.y, error = 0, size = 0;
         for (int k = 0; k < 3; ++k) {
             const double own = direction(k), weight = tile_.normal[k] - forgiven.vector[k];
             const double v = (k == 0 ? base_x(x) : k == 1 ? base_y(y) : base_z()) + h * own;
             const double v_by_x = (k == 0 ? 1 : 0) + bound.a * own;
             const double v_by_y = (k == 1 ? 1 : 0) + bound.b * own;
             over += weight * v;
+            size += std::fabs(own);
             by_h += weight * own;
             by_x += k == 0 ? weight : 0;
             by_y += k == 1 ? weight : 0;
             error += std::fabs(v) + std::fabs(v_by_x) * half_x + std::fabs(v_by_y) * half_y;
         }
         // What is nearer must stand higher, or the bound says nothing.
-        if (!(by_h >= 0)) return false;
+        if (!(by_h >= error_ * size)) return false;
         by_x += by_h * bound.a;
         by_y += by_h * bound.b;
         return over + std::fabs(by_x) * half_x + std::fabs(by_y) * half_y + error_ * error <= 0;
@@ -245,7 +260,7 @@ private:
     PlanRect rect_;
     double middle_x_, middle_y_, half_x_, half_y_;
     double reach_x_, reach_y_;
-    double bias_ = 0, per_distance_ = 0, error_ = 0, slope_ = 0;
+    double bias_ = 0, per_distance_ = 0, error_ = 0, slope_ = 0, facing_ = 0, ray_ = 1;
 };
 
 /// Cells that a tile has to look at.

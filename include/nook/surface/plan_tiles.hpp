@@ -88,7 +88,8 @@ public:
         // By bits, so that NaN is not equal to anything.
         if (!any(off > std::int32_t{0})) return true;
         if (!unit_ || any(off > std::bit_cast<std::int32_t>(largest_spread))) return false;
-        spread_ = double{largest_spread};
+        // Normalising and turning add to it.
+        spread_ = 4 * double{largest_spread};
         return true;
     }
 
@@ -109,7 +110,7 @@ private:
     }
 
     /// Of triangles in one plane.
-    static constexpr float largest_spread = 0x1p-22f;
+    static constexpr float largest_spread = 0x1p-23f;
 
     float stored_[3];
     double normal_[3];
@@ -199,7 +200,10 @@ public:
         tangent.nearest = all_.nearest;
         tangent.farthest = all_.farthest;
         // What the spread adds across the tile.
-        const double off = tangent.spread * (std::fabs(x) + std::fabs(y) + 3 * all_.farthest);
+        const double far_x = largest_size(axes.x(rect_.left), axes.x(rect_.right));
+        const double far_y = largest_size(axes.y(rect_.top), axes.y(rect_.bottom));
+        const double beside = (far_x + far_y) * (axes.orthographic ? 1 : all_.farthest);
+        const double off = 2 * tangent.spread * (beside + all_.farthest);
         tangent.rise = all_.high_plane + (n[0] * x + n[1] * y - n[2] * q) + off;
         tangent.plane = all_.low_plane - off;
     }
@@ -209,6 +213,10 @@ private:
     using Vector = Lanes<Real, lanes>;
     using Doubles = Lanes<double, native_lanes>;
 
+    [[nodiscard]] static double largest_size(double a, double b)
+    {
+        return (std::max)(std::fabs(a), std::fabs(b));
+    }
     /// Over the surfaces of rows: distances, and how far the viewer lies from planes through them.
     struct Extremes {
         double nearest, farthest, low_plane, high_plane;

@@ -275,16 +275,6 @@ void count_spared(Work& work, const Source& source, const GroupRun& run, int y)
     work.skipped += surfaces;
 }
 
-/// Is no group active?
-[[nodiscard]] inline bool is_idle(const WorkMap& map)
-{
-    if (map.everything()) return false;
-    for (int y = 0; y < map.active.height; ++y)
-        for (int x = 0; x < map.active.width; ++x)
-            if (map.active(x, y) != 0) return false;
-    return true;
-}
-
 /// The outcome of a pass over all pixels, which may have found nothing to do.
 inline void count_pass(Work& work, int width, int height)
 {

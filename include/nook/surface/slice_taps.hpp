@@ -200,6 +200,12 @@ struct TapBits {
     {
         return (words[tap / 64] >> (tap % 64) & 1u) != 0;
     }
+    [[nodiscard]] NOOK_INLINE int count(int taps) const
+    {
+        int sum = 0;
+        for (int first = 0; first < taps; first += 64) sum += std::popcount(words[first / 64]);
+        return sum;
+    }
     /// Whether any of [first, last) is set.
     [[nodiscard]] NOOK_INLINE bool any(int first, int last) const
     {
@@ -371,8 +377,9 @@ template <int side, class Vector, class Real>
             back.above > zero ? hidden : zero};
 }
 
-/// Runs a kernel over slices: part(pixels, taps, pattern, data) gives the visibility of some pixels
-/// of a group, whose neighbours stand in `data` at the indices of the taps.
+/// Runs a kernel over slices: part(pixels, taps, pattern, data, hits) gives the visibility of some
+/// pixels of a group, whose neighbours stand in `data` at the indices of the taps; those that are no
+/// hits need no look.
 template <bool orthographic, class Source, class Value, class Part, class S, class E>
 Outcome run_slices(const SurfaceInput<Source>& input, const ImageView<Value>& visibility,
                    const SliceSettings& settings, const SliceShade& shade, const Part& part,
@@ -386,7 +393,7 @@ Outcome run_slices(const SurfaceInput<Source>& input, const ImageView<Value>& vi
                          settings.max_pixels};
     struct Row {
         SlicePattern pattern;
-        bool quiet = true;  ///< nothing counted for the pixels before
+        RowMemory memory{};
     };
     const auto make_row = [&](int y) { return Row{{slices, steps, y, settings.seed}}; };
     const auto run = [&](Real* values, const SurfaceGroup<Real>& group, Row& row,
@@ -402,14 +409,18 @@ Outcome run_slices(const SurfaceInput<Source>& input, const ImageView<Value>& vi
                     const Pixels pixels{group, first, reach.slope, shade};
                     const Real* const data = plane.data() + first;
                     TapBits hits;
+                    const int count = 2 * pattern.taps;
                     // Where something counted for the pixels before, it will again.
-                    if (Pixels::wide && !row.quiet) hits.set_all(2 * pattern.taps);
-                    else if (!pixels.find_hits(taps, 2 * pattern.taps, data, hits)) {
+                    const bool look = !Pixels::wide || row.memory.quiet;
+                    if (!look) hits.set_all(count);
+                    else if (!pixels.find_hits(taps, count, data, hits)) {
+                        row.memory.count(count, 0, Pixels::lanes);
                         store(results + first, broadcast<Pixels::lanes>(Real{1}));
                         continue;
                     }
+                    row.memory.count(count, look ? hits.count(count) : count, Pixels::lanes);
                     const auto open = settled(part(pixels, taps, pattern, data, hits));
-                    row.quiet = !any(open < Real{1});
+                    row.memory.quiet = !any(open < Real{1});
                     store(results + first, open);
                 }
             });

@@ -300,16 +300,6 @@ template <class Real>
     return static_cast<int>(fold(count, [](const auto& a, const auto& b) { return a + b; }));
 }
 
-/// Whether a work map has an active group.
-[[nodiscard]] inline bool any_active(const WorkMap& map)
-{
-    if (map.everything()) return true;
-    for (int y = 0; y < map.active.height; ++y)
-        for (int g = 0; g < map.active.width; ++g)
-            if (map.active(g, y) != 0) return true;
-    return false;
-}
-
 /// What is left to do where no group is active: 1 everywhere, and counting.
 template <class Source, class Value, class S, class E>
 Outcome skip_surface_pass(const SurfaceInput<Source>& input, const ImageView<Value>& visibility,
@@ -351,6 +341,19 @@ Outcome skip_surface_pass(const SurfaceInput<Source>& input, const ImageView<Val
     return outcome;
 }
 
+/// What a row of groups remembers from one to the next.
+struct RowMemory {
+    bool quiet = true;  ///< nothing counted for the pixels before
+    Work work{};
+
+    /// Adds the samples of `lanes` pixels: of all, those that more was asked of than their height.
+    NOOK_INLINE void count(int all, int hits, int lanes)
+    {
+        work.samples += static_cast<std::uint64_t>(hits * lanes);
+        work.skipped_samples += static_cast<std::uint64_t>((all - hits) * lanes);
+    }
+};
+
 /// Runs group(values, pixels, row_state) for every active group that holds a surface, where
 /// `row_state = row(y)` is made once per row and may change from group to group; values start at 1. Writes them, 1 elsewhere.
 /// Everything has been checked.
@@ -361,7 +364,8 @@ Outcome run_surface_pass(SurfaceInput<Source> input, const ImageView<Value>& vis
     using Real = typename Source::Distance;
     constexpr int band = 8, size = WorkMap::group, lanes = lanes_of<Real>;
     const int width = visibility.width, height = visibility.height;
-    if (!any_active(input.work_map)) return skip_surface_pass(input, visibility, scratch, executor);
+    if (!input.work_map.any_active())
+        return skip_surface_pass(input, visibility, scratch, executor);
     const auto layout = [&](ScratchLayout& block, std::size_t) {
         return block.take<Real>(input.plane.size());
     };
@@ -405,6 +409,7 @@ Outcome run_surface_pass(SurfaceInput<Source> input, const ImageView<Value>& vis
                 for (int i = 0; i < count; ++i)
                     visibility(x + i, y) = static_cast<Value>(values[i]);
             }
+            if constexpr (requires { state.memory; }) work += state.memory.work;
         }
     };
     const int tasks = pieces(height, band);

@@ -36,13 +36,13 @@ namespace nook::inline NOOK_TARGET {
 ///
 /// Groups are inactive in tiles of 16 × 16 pixels for which it is proven that no sample counts: none
 /// rises above the tangent plane of a pixel by more than the bias forgives, in the kernel's own
-/// arithmetic, or it lies beyond the radius. With `tolerance` 0 the kernel gives the
-/// same bits with the map as without. Otherwise a sample may also be left out that counts a little:
-/// the visibility of a pixel then rises by `tolerance` at most. `bitmask_ao` rounds to whole sectors
-/// of its slices; what it rounds away is left out without a tolerance.
+/// arithmetic, or it lies beyond the radius. With `tolerance` 0 the kernel gives the same bits with
+/// the map as without. Otherwise a sample may also be left out that counts a little: the visibility of
+/// a pixel then rises by `tolerance` at most.
 ///
-/// For pixels more than 64 degrees off the axis nothing can be proven. Pays where large parts of the
-/// picture are flat or open; what it costs elsewhere, see docs/screen_space.md.
+/// With the automatic bias nothing can be proven for pixels more than 64 degrees off the axis. Where
+/// less than a quarter of the surfaces would be left out nothing is: some rows are looked at first, and
+/// the plan given up if they promise less. What a plan saves and costs: docs/left_out.md.
 ///
 /// Work: `background`, and as `skipped` the surface pixels of inactive groups. The same bits for any
 /// number of threads.
@@ -92,9 +92,8 @@ struct PlanSettings {
 
 [[nodiscard]] inline PlanRule plan_rule(const ReachRule& reach, const RiseRule& rise, double unit)
 {
-    return {
-        reach, rise.step.constant, rise.step.linear, rise.step.quadratic, rise.fixed, rise.rounding,
-        unit};
+    return {reach,      rise.step.constant, rise.step.linear, rise.step.quadratic,
+            rise.fixed, rise.rounding,      rise.radius,      unit};
 }
 /// Alchemy: each of the n terms of 1 − scale / n Σ may be tolerance / scale.
 [[nodiscard]] inline PlanRule plan_rule(const AlchemyOptions& options, const ReachRule& reach,
@@ -133,14 +132,190 @@ struct PlanSettings {
 {
     return slice_plan_rule(slice_settings(options), reach, scale, step, rounding, unit, tolerance);
 }
-/// A side of a slice that hides less than half a sector of 32 closes none; 1/70 keeps away from
-/// rounding.
+/// A side of a slice that hides less than half a sector of 32 closes none, and one that hides more may
+/// close more than that; 1/70 keeps away from rounding.
 [[nodiscard]] inline PlanRule plan_rule(const BitmaskOptions& options, const ReachRule& reach,
                                         double scale, const DepthStep& step, double rounding,
-                                        double unit, double)
+                                        double unit, double tolerance)
 {
-    return slice_plan_rule(slice_settings(options), reach, scale, step, rounding, unit, 2.0 / 70);
+    return slice_plan_rule(slice_settings(options), reach, scale, step, rounding, unit,
+                           (std::min)(tolerance, 2.0 / 70));
 }
+
+struct PlanCounts {
+    std::uint64_t background = 0, skipped = 0;
+    /// Pixels of tiles with surfaces, and of those that are worth work.
+    std::uint64_t tiled = 0, worked = 0;
+};
+
+/// One plan of an image. Everything has been checked.
+template <class Source>
+class SurfacePlanner {
+public:
+    using Real = typename Source::Distance;
+
+    SurfacePlanner(const Source& source, const NormalSource& normals,
+                   const ImageView<std::uint8_t>& active, const PlanRule& rule,
+                   const Projection& projection, double scale, void* scratch, int workers)
+        : source_{source},
+          normals_{normals},
+          active_{active},
+          rule_{rule},
+          axes_{projection, scale},
+          scale_{scale},
+          pyramid_{source.image.width, source.image.height},
+          workers_{workers}
+    {
+        ScratchLayout block{scratch};
+        counts_ = block.take<PlanCounts>(static_cast<std::size_t>(workers));
+        pyramid_.take(block);
+        for (int worker = 0; worker < workers; ++worker) counts_[worker] = {};
+    }
+    [[nodiscard]] static std::size_t scratch_size(int width, int height, int workers)
+    {
+        ScratchLayout block;
+        static_cast<void>(block.take<PlanCounts>(static_cast<std::size_t>(workers)));
+        PlanPyramid{width, height}.take(block);
+        return block.size();
+    }
+
+    template <class E>
+    [[nodiscard]] Outcome plan(E& executor)
+    {
+        // A look at some rows costs less than half of what a plan does, and shows too much open rather
+        // than too little.
+        constexpr int rows_apart = 4;
+        bound(executor, rows_apart);
+        search(executor, [](const PlanRect&, bool, PlanCounts&) {});
+        const PlanCounts look = total();
+        for (int worker = 0; worker < workers_; ++worker) counts_[worker] = {};
+        if (look.tiled == 0 || look.tiled - look.worked < look.tiled / least_part) {
+            mark_surfaces(executor, true);
+            return outcome();
+        }
+        bound(executor, 1);
+        search(executor, [&](const PlanRect& rect, bool is_active, PlanCounts& counts) {
+            for (int y = rect.top; y <= rect.bottom; ++y)
+                for (int g = rect.left / WorkMap::group; g <= rect.right / WorkMap::group; ++g) {
+                    std::uint8_t& byte = active_(g, y);
+                    if (!is_active) counts.skipped += byte;
+                    byte = is_active && byte > 0 ? 1 : 0;
+                }
+        });
+        return outcome();
+    }
+    /// Where everything is open by definition.
+    template <class E>
+    [[nodiscard]] Outcome plan_nothing(E& executor)
+    {
+        mark_surfaces(executor, false);
+        return outcome();
+    }
+
+private:
+    /// Less than one part in so many is not worth a plan.
+    static constexpr int least_part = 4;
+
+    /// Bounds of tiles, by some of their rows. The bytes of these count surfaces.
+    template <class E>
+    void bound(E& executor, int rows_apart)
+    {
+        const PlanGrid& grid = pyramid_.grid;
+        executor.for_each(grid.rows(0), [&](int row, int worker) {
+            constexpr int most = 8;
+            PlanTile<Real> tiles[most];
+            const PlanRect band = grid.rect(0, 0, row);
+            const int top = (std::min)(band.top + rows_apart / 2, band.bottom);
+            PlanCounts& counts = counts_[worker];
+            for (int first = 0; first < grid.columns(0); first += most) {
+                const int count = (std::min)(most, grid.columns(0) - first);
+                for (int i = 0; i < count; ++i)
+                    tiles[i].start(source_, normals_, axes_, scale_, grid.rect(0, first + i, row));
+                for (int y = top; y <= band.bottom; y += rows_apart)
+                    for (int i = 0; i < count; ++i)
+                        active_(first + i, y) = static_cast<std::uint8_t>(
+                            tiles[i].add(source_, normals_, axes_, static_cast<Real>(scale_), y));
+                for (int i = 0; i < count; ++i) {
+                    const std::size_t at = grid.index(0, first + i, row);
+                    tiles[i].finish(axes_, pyramid_.cells[at], pyramid_.tiles[at]);
+                    counts.background += tiles[i].background();
+                    if (pyramid_.tiles[at].kind != TangentBound::Kind::nothing)
+                        counts.tiled += grid.rect(0, first + i, row).pixels();
+                }
+            }
+        });
+        pyramid_.merge_up(axes_);
+    }
+    /// Calls write(rect, is_active, counts) for rectangles that make up the image.
+    template <class E, class Write>
+    void search(E& executor, const Write& write)
+    {
+        const PlanGrid& grid = pyramid_.grid;
+        const PlanSearch search{rule_, axes_, pyramid_};
+        const int roots = (std::min)(grid.levels - 1, 3);
+        executor.for_each(grid.rows(roots), [&](int row, int worker) {
+            PlanCounts& counts = counts_[worker];
+            for (int column = 0; column < grid.columns(roots); ++column)
+                search.plan(roots, column, row, [&](const PlanRect& rect, bool is_active) {
+                    if (is_active) counts.worked += rect.pixels();
+                    write(rect, is_active, counts);
+                });
+        });
+    }
+    /// All groups with surfaces are active, or none.
+    template <class E>
+    void mark_surfaces(E& executor, bool is_active)
+    {
+        constexpr int lanes = lanes_of<Real>, size = WorkMap::group;
+        const int width = source_.image.width;
+        executor.for_each(source_.image.height, [&](int y, int worker) {
+            alignas(64) Real row[size];
+            PlanCounts& counts = counts_[worker];
+            for (int x = 0; x < width; x += size) {
+                const int count = (std::min)(size, width - x);
+                for (int i = count; i < size; ++i) row[i] = 0;
+                static_cast<void>(read_row<lanes>(source_, x, count, y, row));
+                DepthPlane<Real>::scale(row, count, static_cast<Real>(scale_));
+                const int surfaces = count_surfaces<Real>(row);
+                active_(x / size, y) = is_active && surfaces > 0 ? 1 : 0;
+                counts.background += static_cast<std::uint64_t>(count - surfaces);
+                if (!is_active) counts.skipped += static_cast<std::uint64_t>(surfaces);
+            }
+        });
+    }
+    [[nodiscard]] PlanCounts total() const
+    {
+        PlanCounts sum;
+        for (int worker = 0; worker < workers_; ++worker) {
+            sum.background += counts_[worker].background;
+            sum.skipped += counts_[worker].skipped;
+            sum.tiled += counts_[worker].tiled;
+            sum.worked += counts_[worker].worked;
+        }
+        return sum;
+    }
+    [[nodiscard]] Outcome outcome() const
+    {
+        const PlanCounts sum = total();
+        Outcome result{};
+        result.work.pixels = static_cast<std::uint64_t>(source_.image.width) *
+                             static_cast<std::uint64_t>(source_.image.height);
+        result.work.background = sum.background;
+        result.work.skipped = sum.skipped;
+        result.work.passes = 1;
+        return result;
+    }
+
+    const Source& source_;
+    const NormalSource& normals_;
+    const ImageView<std::uint8_t>& active_;
+    const PlanRule& rule_;
+    PlanAxes axes_;
+    double scale_;
+    PlanPyramid pyramid_;
+    PlanCounts* counts_ = nullptr;
+    int workers_;
+};
 
 }  // namespace detail
 
@@ -149,10 +324,8 @@ std::size_t plan_surface_scratch_size(const Depth& depth, int workers)
 {
     const auto& image = depth_source(depth).image;
     if (workers < 1 || image.empty()) return 0;
-    detail::ScratchLayout block;
-    static_cast<void>(block.take<Work>(static_cast<std::size_t>(workers)));
-    detail::PlanPyramid{image.width, image.height}.take(block);
-    return block.size();
+    using Source = std::remove_cvref_t<decltype(depth_source(depth))>;
+    return detail::SurfacePlanner<Source>::scratch_size(image.width, image.height, workers);
 }
 
 template <DepthInput Depth, class Options, ScratchSource S, Executor E>
@@ -160,7 +333,6 @@ Outcome plan_surface(const Depth& depth, const NormalSource& normals,
                      const ImageView<std::uint8_t>& active, const Options& options,
                      const Projection& projection, double tolerance, S&& scratch, E&& executor)
 {
-    using detail::PlanGrid;
     const auto& source = depth_source(depth);
     using Source = std::remove_cvref_t<decltype(source)>;
     using Real = typename Source::Distance;
@@ -192,65 +364,15 @@ Outcome plan_surface(const Depth& depth, const NormalSource& normals,
     const std::size_t size = plan_surface_scratch_size(depth, workers);
     void* const data = scratch.reserve(size);
     if (data == nullptr) return {detail::check_scratch<S>(size)};
-    detail::ScratchLayout block{data};
-    Work* const work = block.take<Work>(static_cast<std::size_t>(workers));
-    for (int worker = 0; worker < workers; ++worker) work[worker] = {};
-    detail::PlanPyramid pyramid{width, height};
-    pyramid.take(block);
-
     const double radius = settings.work ? settings.radius : 1;
     const detail::DepthPlane<Real> plane{width, height, radius};
-    const double scale = plane.scale();
-    const detail::PlanAxes axes{projection, scale};
     const detail::ReachRule reach{plane, radius, projection, settings.max_pixels};
-    const detail::PlanRule rule =
-        detail::plan_rule(options, reach, scale, source.step, detail::surface_rounding<Real>,
-                          std::numeric_limits<Real>::epsilon() / 2, tolerance);
-
-    // Until the search, the bytes count surfaces.
-    const PlanGrid& grid = pyramid.grid;
-    executor.for_each(grid.rows(0), [&](int row, int worker) {
-        constexpr int most = 8;
-        detail::PlanTile<Real> tiles[most];
-        const detail::PlanRect band = grid.rect(0, 0, row);
-        for (int first = 0; first < grid.columns(0); first += most) {
-            const int count = (std::min)(most, grid.columns(0) - first);
-            for (int i = 0; i < count; ++i)
-                tiles[i].start(source, normals, axes, scale, grid.rect(0, first + i, row));
-            for (int y = band.top; y <= band.bottom; ++y)
-                for (int i = 0; i < count; ++i)
-                    active(first + i, y) = static_cast<std::uint8_t>(
-                        tiles[i].add(source, normals, axes, static_cast<Real>(scale), y));
-            for (int i = 0; i < count; ++i) {
-                const std::size_t at = grid.index(0, first + i, row);
-                tiles[i].finish(axes, pyramid.cells[at], pyramid.tiles[at]);
-                work[worker].background += tiles[i].background();
-            }
-        }
-    });
-    pyramid.merge_up(axes);
-    const detail::PlanSearch search{rule, axes, pyramid};
-    const int roots = (std::min)(grid.levels - 1, 3);
-    executor.for_each(grid.rows(roots), [&](int row, int worker) {
-        for (int column = 0; column < grid.columns(roots); ++column) {
-            const auto write = [&](const detail::PlanRect& rect, bool is_active) {
-                for (int y = rect.top; y <= rect.bottom; ++y)
-                    for (int g = rect.left / WorkMap::group; g <= rect.right / WorkMap::group;
-                         ++g) {
-                        std::uint8_t& byte = active(g, y);
-                        if (!is_active) work[worker].skipped += byte;
-                        byte = is_active && byte > 0 ? 1 : 0;
-                    }
-            };
-            if (settings.work) search.plan(roots, column, row, write);
-            else write(grid.rect(roots, column, row), false);
-        }
-    });
-    Outcome outcome{};
-    for (int worker = 0; worker < workers; ++worker) outcome.work += work[worker];
-    outcome.work.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
-    outcome.work.passes = 1;
-    return outcome;
+    const detail::PlanRule rule = detail::plan_rule(
+        options, reach, plane.scale(), source.step, detail::surface_rounding<Real>,
+        std::numeric_limits<Real>::epsilon() / 2, tolerance);
+    detail::SurfacePlanner<Source> planner{source,     normals,       active, rule,
+                                           projection, plane.scale(), data,   workers};
+    return settings.work ? planner.plan(executor) : planner.plan_nothing(executor);
 }
 
 }  // namespace nook::inline NOOK_TARGET

@@ -51,7 +51,8 @@ namespace nook::inline NOOK_TARGET {
 /// for those in groups that are left out.
 ///
 /// Background and pixels without a usable normal become exactly 1 and lend nothing; neither do half
-/// pixels whose value is NaN, infinite or beyond 2¹⁰⁰ (2⁵⁰⁰ in double). A pixel with nobody to lend from becomes 1.
+/// pixels whose value is NaN, infinite or beyond 2¹⁰⁰ (2⁵⁰⁰ in double). A pixel with nobody to lend
+/// from becomes 1.
 /// Inactive groups of the work map, which is of full size, become exactly 1. The others expect the half
 /// pixels around them to have been computed: those that `half_work_map` names.
 ///
