@@ -310,7 +310,7 @@ private:
         tilted.a = -n[0] / over;
         tilted.b = -n[1] / over;
         tilted.c = (axes.orthographic ? -all_.low_plane : n[2]) / over;
-        if (tilted.at(x_, y_) <= bound.c) bound = tilted;
+        if (tilted.at(x_, y_) <= bound.c + std::fabs(bound.c) * 0x1p-16) bound = tilted;
     }
 
     PlanRect rect_;

@@ -182,9 +182,9 @@ public:
     template <class E>
     [[nodiscard]] Outcome plan(E& executor)
     {
-        // A look at some rows costs less than half of what a plan does, and shows too much open rather
-        // than too little.
-        constexpr int rows_apart = 4;
+        // The middle rows of the tiles cost a part of a plan, and show too much open rather than too
+        // little.
+        constexpr int rows_apart = PlanGrid::leaf;
         bound(executor, rows_apart);
         search(executor, [](const PlanRect&, bool, PlanCounts&) {});
         const PlanCounts look = total();
