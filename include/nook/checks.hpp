@@ -122,18 +122,28 @@ template <class T, class U>
     return {ErrorCode::overlap, name, 0, "memory apart from every input"};
 }
 
+/// One byte for every 16 pixels of an image.
+template <class T>
+[[nodiscard]] Error check_groups(const ImageView<T>& groups, int width, int height,
+                                 const char* name)
+{
+    if (groups.width != WorkMap::groups(width))
+        return {ErrorCode::bad_size, name, double(groups.width),
+                "a width of (width + 15) / 16 groups"};
+    if (groups.height != height)
+        return {ErrorCode::bad_size, name, double(groups.height), "the height of the input"};
+    return {};
+}
+
 /// A work map is empty or has a group for every 16 pixels of the output, and shares nothing with it.
 template <class T>
 [[nodiscard]] Error check_work_map(const WorkMap& map, const ImageView<T>& output)
 {
     if (const Error error = check_input(map.active, "work_map.active")) return error;
     if (map.everything()) return {};
-    if (map.active.width != WorkMap::groups(output.width))
-        return {ErrorCode::bad_size, "work_map.active", double(map.active.width),
-                "a width of (width + 15) / 16 groups"};
-    if (map.active.height != output.height)
-        return {ErrorCode::bad_size, "work_map.active", double(map.active.height),
-                "the height of the input"};
+    if (const Error error =
+            check_groups(map.active, output.width, output.height, "work_map.active"))
+        return error;
     return check_apart(map.active, output, "work_map.active");
 }
 

@@ -89,11 +89,7 @@ Outcome outline_mask(const OutlineView& shells, double extent, const Depth& dept
     if ((outcome.error = detail::check_outline(shells, extent, source, frame, projection)))
         return outcome;
     if ((outcome.error = detail::check_output(groups, "groups"))) return outcome;
-    if (groups.width != WorkMap::groups(width))
-        return {{ErrorCode::bad_size, "groups", double(groups.width),
-                 "a width of (width + 15) / 16 groups"}};
-    if (groups.height != height)
-        return {{ErrorCode::bad_size, "groups", double(groups.height), "the height of the input"}};
+    if ((outcome.error = detail::check_groups(groups, width, height, "groups"))) return outcome;
     if ((outcome.error = detail::check_apart(source.image, groups, "groups"))) return outcome;
     if (source.image.empty()) return outcome;
 

@@ -117,11 +117,7 @@ Outcome plan_g_buffer(const Bvh& bvh, const Depth& depth, const ImageView3<const
     Error& error = outcome.error;
     if ((error = check_traced_input(source, normals, faces))) return outcome;
     if ((error = check_output(active, "active"))) return outcome;
-    if (active.width != WorkMap::groups(width))
-        return {{ErrorCode::bad_size, "active", double(active.width),
-                 "a width of (width + 15) / 16 groups"}};
-    if (active.height != height)
-        return {{ErrorCode::bad_size, "active", double(active.height), "the height of the input"}};
+    if ((error = check_groups(active, width, height, "active"))) return outcome;
     if ((error = check_each_input(source, normals, faces, [&](const auto& image, const char*) {
              return check_apart(image, active, "active");
          })))

@@ -62,8 +62,6 @@ public:
         ray_ = ray;
         slope_ = rule.slope * facing_ / ray;
     }
-    [[nodiscard]] const PlanRect& rect() const { return rect_; }
-
     /// Whether pixels of the tile look at a cell.
     [[nodiscard]] bool looks_at(const PlanRect& cell, const NearBound& bound) const
     {

@@ -10,6 +10,7 @@
 #include <nook/checks.hpp>
 #include <nook/depth/projection.hpp>
 #include <nook/depth/source.hpp>
+#include <nook/depth/source_row.hpp>
 #include <nook/execution.hpp>
 #include <nook/image.hpp>
 #include <nook/outcome.hpp>
@@ -23,7 +24,6 @@
 #include <nook/surface/plan_search.hpp>
 #include <nook/surface/plan_tiles.hpp>
 #include <nook/surface/surface_pass.hpp>
-#include <nook/tasks.hpp>
 #include <nook/work_map.hpp>
 
 /// A work map from depth and normals: what `alchemy_ao`, `horizon_ao` and `bitmask_ao` need not look
@@ -341,11 +341,7 @@ Outcome plan_surface(const Depth& depth, const NormalSource& normals,
     if (const Error error = detail::check_source(source)) return {error};
     if (const Error error = detail::check_normals(normals, source.image)) return {error};
     if (const Error error = detail::check_output(active, "active")) return {error};
-    if (active.width != WorkMap::groups(width))
-        return {{ErrorCode::bad_size, "active", double(active.width),
-                 "a width of (width + 15) / 16 groups"}};
-    if (active.height != height)
-        return {{ErrorCode::bad_size, "active", double(active.height), "the height of the input"}};
+    if (const Error error = detail::check_groups(active, width, height, "active")) return {error};
     if (const Error error = detail::check_apart(source.image, active, "active")) return {error};
     if (const Error error = detail::check_apart(normals, active, "active")) return {error};
     if (const Error error = check_projection(projection)) return {error};
